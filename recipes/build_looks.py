@@ -17,7 +17,7 @@ from elocute.files.array_writing import write_npz
 from elocute.head.builtin import load_builtin_head
 from recipes.head.face import NeutralFace
 from recipes.head.makehuman import MakeHuman
-from recipes.looks import folds, irises, skins, wear
+from recipes.looks import folds, irises, skins, tongues, wear
 from recipes.looks.canvas import Canvas, save
 
 ROOT = Path(__file__).parents[1]
@@ -48,6 +48,7 @@ def bake_maps(canvas: Canvas, looks: Path) -> None:
     size = save(ASSETS / "skins" / "folds.jpg", folds.picture(canvas), FOLD_QUALITY)
     write_npz(ASSETS / "skins" / "folds.npz", folds.zone_arrays(canvas), compressed=True)
     print(f"folds: {size / 1e3:.0f} kB")
+    save(ASSETS / "skins" / "tongue.webp", tongues.relief(canvas.head), NORMAL_QUALITY)
 
 
 def bake_eyes() -> None:

@@ -34,6 +34,9 @@ MEETING_MM = (0, 0.05, 0.35, 0.45, 0.4, 0.25, 0.0, -0.25, -0.45, -0.65, -0.75, -
 LOWER_BORDER_MM = (0.4, 0.2, 0.0, 0.0, 0.1, 0.3, 0.8, 0.6, 0.2, -0.1, -0.4, -0.6, -0.7)
 """How much higher than MakeHuman's, which has bars for lips: a bow above that falls to the corners,
 the line where lips meet in three arcs, a round edge below."""
+CORNER_V_MM, V_COLUMNS = 0.35, (1.0, 0.75, 0.4)
+"""How far the red of each lip is moved away from the other beside the corners, and by which share
+in the columns from there on: lips that lie over each other end in a black line."""
 BEHIND = np.array([0.4, 0.0])[:, None, None]
 """How much of that the rings behind the line follow: teeth are there."""
 RING_COUNT, COLUMN_COUNT = 10, 38
@@ -74,6 +77,18 @@ class Lips:
         spread = self.wide_spread if wide else self.spread
         return spread(displacement[self.handles])
 
+    def evened_corners(self, displacement: np.ndarray) -> np.ndarray:
+        """A displacement (vertex, 3) in which the red of the very corners goes where that beside it
+        does; else the corner is drawn over its lips, and folds."""
+        moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
+        own = displacement[self.rings]
+        for corner in CORNERS:
+            beside = (own[:, corner - 1] + own[:, corner + 1]) / 2
+            moves[1:CONTACT_RING, corner] = (beside - own[:, corner])[1:CONTACT_RING]
+        evened = displacement.copy()
+        evened[self.rings] += moves
+        return evened
+
     def thinned(self, skin: np.ndarray) -> np.ndarray:
         """Displacement that draws the red of both lips towards the line where they meet.
 
@@ -113,6 +128,12 @@ class Lips:
         moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
         met = np.interp(across, ACROSS, MEETING_MM)
         moves[:, :, 1] = (1 - inwards) * border + inwards * met
+        red = np.sin(np.pi * np.arange(CONTACT_RING + 1) / CONTACT_RING)
+        for corner, out in zip(CORNERS, (1, -1), strict=True):
+            for away, share in enumerate(V_COLUMNS, 1):
+                apart = CORNER_V_MM * share * red
+                moves[: CONTACT_RING + 1, corner - out * away, 1] += apart
+                moves[: CONTACT_RING + 1, corner + out * away, 1] -= apart
         moves[CONTACT_RING + 1 :] *= BEHIND
         return moves / 1000
 

@@ -27,9 +27,9 @@ FUNNEL = Aperture(
     roundness=0.75,
 )
 PUCKER = Aperture(
-    half_width=7.3,
-    above=1.05,
-    below=0.6,
+    half_width=7.0,
+    above=0.7,
+    below=0.45,
     drop=2.5,
     forward=8.0,
     corner_back=4.9,
@@ -38,8 +38,8 @@ PUCKER = Aperture(
     thickness=0.84,
     taper=0.55,
     roundness=0.85,
-    hole=0.54,
-    pinch=1.0,
+    hole=0.78,
+    pinch=0.5,
 )
 TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
 """How far the back of the tongue sinks while the jaw is wide open; where along it, and how wide."""
@@ -237,7 +237,7 @@ def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     return {
         name + side: half
         for name, moved in sources.items()
-        for side, half in face.halves(moved).items()
+        for side, half in face.halves(face.lips.evened_corners(moved)).items()
     }
 
 

@@ -13,7 +13,7 @@ from recipes.head.face import NeutralFace
 MATERIALS = ("skin", "lips", "mouth", "teeth", "gums", "tongue", "eyeball", "hair")
 SKIN = (0.735, 0.545, 0.455)
 LIP = (0.645, 0.37, 0.345)
-INNER = (0.52, 0.21, 0.20)
+INNER = (0.55, 0.29, 0.26)
 FLUSH = (0.73, 0.43, 0.36)
 BROW, LASH = (0.30, 0.215, 0.165), (0.11, 0.08, 0.07)
 SCLERA, IRIS, IRIS_RIM, PUPIL = (
@@ -23,9 +23,9 @@ SCLERA, IRIS, IRIS_RIM, PUPIL = (
     (0.02,) * 3,
 )
 TOOTH, TOOTH_ROOT = (0.875, 0.845, 0.78), (0.76, 0.665, 0.555)
-BITING, BITING_FROM = (0.735, 0.745, 0.745), 0.80
+BITING, BITING_FROM = (0.775, 0.765, 0.735), 0.80
 """The edge of an incisor lets light through, from this share of its height."""
-GAP, GAP_SHARE = (0.36, 0.23, 0.18), 0.65
+GAP, GAP_SHARE = (0.42, 0.26, 0.19), 0.70
 DEEP_TOOTH, DEEP_SHARE, DEEP_M = (0.52, 0.32, 0.26), 0.85, 0.026
 GUM, TONGUE, TONGUE_ROOT = (0.72, 0.42, 0.41), (0.74, 0.43, 0.42), (0.46, 0.20, 0.20)
 TONGUE_COAT = (0.78, 0.58, 0.55)

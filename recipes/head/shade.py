@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
+from elocute.numerics.smoothing import smoothstep
+from recipes.head.anatomy import CONTACT_RING, CORNERS
+
 RAYS = 96
 REACH_M = 0.12
 BOUNCE = 0.13  # red flesh lights the backs of the teeth: black ones look like holes
 EAR, EAR_OPEN = 0.10, 1.2  # folds of an ear are small and read by their shade alone
 # And the mouth itself: dark red from the side, no black gap; how deep it lies where it is darkest.
-LINING, THROAT, TONGUE, LINING_M = 0.52, 0.06, 0.22, 0.052
-PIT_FROM, PIT = 0.80, 0.4  # from where on the way to a corner it is dark, and how dark
+LINING, THROAT, TONGUE, LINING_M = 0.58, 0.26, 0.22, 0.052
+CORNER_FROM, CORNER = 0.78, 0.35  # from where to a corner the line of the lips fades, and how much
+FOLD_M, FOLD = 0.006, 0.20  # the soft fold that it ends in: how far round it is shade, how much
 BACK_TEETH = {"upper": 0.30, "lower": 0.14}  # what light reaches the last of them
 LIP_SHADE = 0.66  # what lips leave of the light on the teeth at the gum
 
@@ -62,11 +66,16 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     light[lining] = LINING + (THROAT - LINING) * behind**0.8
     # The inner side of the lips: lamps behind the head would else light the far one from within.
     near_lips = face.lips.rings[[5, 6, 7, 8, 9]]
-    for ring, most in zip(near_lips, (0.75, 0.62, 0.54, 0.38, 0.30), strict=True):
-        light[ring] = np.minimum(light[ring], most)
-    # The pit of a corner, which lips shade from all sides.
-    pit = np.clip((np.abs(face.lips.across) - PIT_FROM) / (1 - PIT_FROM), 0, 1)
-    light[face.lips.rings[2:8]] *= 1 - PIT * pit
+    near = np.clip((np.abs(face.lips.across) - CORNER_FROM) / (1 - CORNER_FROM), 0, 1)
+    faded = CORNER * smoothstep(near)
+    for ring, most, outer in zip(
+        near_lips, (0.75, 0.62, 0.54, 0.38, 0.30), (1, 1, 0.8, 0.2, 0), strict=True
+    ):
+        light[ring] = np.minimum(light[ring], most + (1 - most) * faded * outer)
+    corners = face.vertices[face.lips.rings[CONTACT_RING][list(CORNERS)]]
+    skin = face.vertices[slices["skin"]]
+    away = np.linalg.norm(skin[:, None] - corners, axis=2).min(axis=1)
+    light[slices["skin"]] *= 1 - FOLD * np.exp(-((away / FOLD_M) ** 2))
     tongue = face.vertices[slices["tongue"]]
     forward = (tongue[:, 2] - tongue[:, 2].min()) / np.ptp(tongue[:, 2])
     groove = np.clip(np.abs(tongue[:, 0]) / 0.004, 0, 1)  # a shallow fold along the middle
@@ -79,5 +88,5 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
         lit = last + (1 - last) * (1 - depth[teeth]) ** 1.3
         light[teeth] = np.minimum(lit, brightest) * near_gum
         gums = slices[f"gums_{jaw}"]
-        light[gums] = BOUNCE + 0.60 * (1 - depth[gums]) ** 2.5
+        light[gums] = BOUNCE + 0.70 * (1 - depth[gums]) ** 2.5
     return light

@@ -24,18 +24,20 @@ LEVELS = np.array([0.0, 0.35, 0.68, 0.9, 1.0])
 """Heights of the rings, as shares of the crown's."""
 SIDE_OF_FRONT = 0.33
 """Where the faces of two neighbours meet between their backs (-1) and fronts (1)."""
-CORNERS_MM = ((0.35, 0.80), (0.60, 1.10), (0.95, 1.35), (1.10, 1.20), (0.90, 0.95))
+CORNERS_MM = ((0.50, 1.25), (0.95, 1.50), (1.10, 1.50), (1.10, 1.20), (0.90, 0.95))
 """How much lower than its middle the edge of a crown is at either side, towards the middle of the
 arch and away from it: two incisors, canine, two premolars."""
 LOWER_FALL = 0.45
 """Of that fall, what the teeth of the lower jaw have."""
-SHARPNESS = (4.5, 3.4, 1.25, 1.4, 1.5)
+SHARPNESS = (3.0, 2.6, 1.25, 1.4, 1.5)
 """Exponent of that fall: 1 is a point, more an edge with round corners."""
 TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.55
 """How far edges lean and turn inwards, and the valley between a molar's cusps."""
-PAPILLA_MM = 1.7
+PAPILLA_MM = 2.1
 """How far the gum reaches down between two crowns."""
-SEEN_GAP = 0.32
+COVERED_MM = 1.2
+"""How much of a crown the gum covers in its middle: a wide smile shows its edge."""
+SEEN_GAP = 0.45
 """Of the dark between two crowns, what reaches the faces beside it."""
 SQUARENESS = 2.2
 """Exponent of the arch's superellipse: 2 would be an ellipse, more is squarer."""
@@ -49,7 +51,7 @@ TONES = (
     (0.96, 0.94, 0.90),
 )
 """What is left of red, green and blue: canines are yellowest, and no two neighbours are alike."""
-SHORT_MM = (0.0, 0.7, 0.35, 0.75, 1.0, 1.3, 1.5)
+SHORT_MM = (0.0, 0.8, 0.2, 0.75, 1.0, 1.3, 1.5)
 """How far each crown stays short of the biting plane: the edges of a smile, no fangs."""
 SLIM = 0.992
 """Share of its place in the arch that a crown fills: the rest is the dark between two."""
@@ -226,7 +228,7 @@ def gums(arch: Arch, widths, heights) -> Part:
     papilla = np.r_[np.ones(len(edges)), np.zeros(len(centres)), np.full(len(between), 0.3)]
     order = along.argsort()
     along, papilla = np.minimum(along[order], length[-1] * 0.995), papilla[order]
-    roots = np.interp(along, centres, np.add(heights, SHORT_MM)) - 0.6 - PAPILLA_MM * papilla
+    roots = np.interp(along, centres, np.add(heights, SHORT_MM)) - COVERED_MM - PAPILLA_MM * papilla
     section = np.array(  # (out, up from the root line)
         [
             [-0.2, -1.2],

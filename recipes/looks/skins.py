@@ -39,15 +39,18 @@ LIP_OF_SKIN = {
     "dark_male": (0.80, 0.69, 0.71),
 }
 """Lips as factors of the skin around them (sRGB): less red in men, duller in dark skin."""
-LIP_CREASE, LIP_ROLL = (0.045, 0.075, 0.07), 0.035
+LIP_CREASE, LIP_ROLL = (0.028, 0.045, 0.042), 0.035
 """How much darker lips are in their fine upright creases; how much paler the skin along them."""
-LIP_CREASE_PX, LIP_CREASE_DEPTH = (15, 1.5), 0.022
+LIP_CREASE_PX, LIP_CREASE_DEPTH = (15, 1.9), 0.011
 """Length and width of a crease on an atlas of 2048 px, and how deep it is."""
 LIP_NATURAL = {"female": 0.8, "male": 0.85}
 """How far painted lips give way to natural ones."""
-LIP_ENDS_MM, LIP_END = (0.5, 8.5), 0.35
+LIP_ENDS_MM, LIP_END = (0.5, 5.0), 0.8
 """Over which distance from the corners of the mouth lips take on their red, and their share of it
 at the corners, where it comes to an end in skin, not in a point."""
+CORNER_COLUMNS = np.r_[10:15, 24:29]
+CORNER_RED = 0.8
+"""Columns of the lips that end at the corners of the mouth, and the red of their border."""
 CORNER_MM = 11.0
 """How far from the corners of the mouth skin is evened."""
 NOSE_BASE, NOSE_WINGS = (0, -50, 18, 16), (16, -41, 7, 9)
@@ -108,6 +111,8 @@ class Masks:
         lip = np.zeros(head.vertex_count)
         for ring, share in enumerate((0.25, 0.95, *[1.0] * (len(head.lip_rings) - 2))):
             lip[head.lip_rings[ring]] = share
+        # At the corners red reaches beyond the border: in a smile it is drawn out to a thread.
+        lip[head.lip_rings[0, CORNER_COLUMNS]] = CORNER_RED
         self.lip = blurred(canvas.spread(lip, size), size / 700).clip(0, 1)
         ends = at[head.landmarks[[48, 54]]]
         away = np.linalg.norm(at[:, None] - ends[None], axis=2).min(axis=1)
@@ -445,7 +450,7 @@ def _cells(at: np.ndarray, pitch: float) -> tuple[np.ndarray, np.ndarray]:
 def roughness(masks: Masks, size: int) -> np.ndarray:
     """(size, size, 3): red occlusion, green roughness."""
     pits = np.minimum(noise(2, size, 1.0) + 0.6, 0)
-    rough = 0.50 - 0.11 * masks.t_zone - 0.19 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
+    rough = 0.50 - 0.11 * masks.t_zone - 0.13 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
     rough += 0.16 * masks.lid - 0.28 * np.maximum(masks.rim * (1 - masks.lip), masks.caruncle)
     rough += 0.3 * masks.nostril
     shade = np.maximum(

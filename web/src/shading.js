@@ -16,11 +16,15 @@ attribute vec4 _folds_0; attribute vec4 _folds_1; attribute vec4 _folds_2; attri
 uniform vec4 fold_strengths[4];
 centroid varying vec2 crease;
 #endif
+uniform vec4 opening[3]; uniform bool inside;
+varying float open;
+OPENNESS
 void main() {
     #include <beginnormal_vertex>
     #include <skinbase_vertex>
     #include <skinnormal_vertex>
     #include <begin_vertex>
+    open = inside ? openness(opening, transformed) : 1.0;
     #include <skinning_vertex>
     vec4 world = modelMatrix * vec4(transformed, 1.0);
     place = world.xyz;
@@ -55,6 +59,7 @@ uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D rou
 uniform sampler2D shadow_map;
 varying vec3 place; centroid varying vec3 smooth_normal; varying vec2 at; centroid varying vec4 paint;
 varying vec3 from_key;
+varying float open;
 uniform vec3 eye;
 #ifdef STRANDS
 centroid varying vec3 along;
@@ -99,6 +104,7 @@ void main() {
     #endif
     p.occlusion = min(clamp(paint.a, 0.0, 1.0), rough.r);
     p.roughness = clamp(rough_factor * rough.g, 0.05, 1.0);
+    enclosed(p, open);
     #ifdef MAPPED
     vec3 turned = relief ? texture2D(normal_map, texel_at()).xyz : vec3(0.5, 0.5, 1.0);
     #ifdef FOLDS
@@ -149,8 +155,8 @@ export class Shading {
 
   // Draw a mesh our way, with the pictures of its material in the file. Few programs do, as each
   // takes long to build: what differs between materials is told by uniforms where that can be.
-  // `folded`: the part that folds, if one does.
-  dress(mesh, pictures, folded) {
+  // `folded`: the part that folds, if one does; `mouth`: the opening of the lips.
+  dress(mesh, pictures, folded, mouth) {
     const { record } = mesh.userData;
     const folds = folded?.mesh === mesh ? folded : null;
     const fringe = record.alphaMode === "BLEND";
@@ -173,13 +179,15 @@ export class Shading {
       relief: { value: Boolean(record.normalTexture) },
       normal_scale: { value: part.normal_scale },
       eye: { value: part.eye },
+      inside: { value: part.inside },
+      ...mouth.uniforms,
       color_map: { value: color ? pictures[color.index] : this.blank },
       normal_map: { value: record.normalTexture ? pictures[record.normalTexture.index] : this.blank },
       roughness_map: { value: rough ? pictures[rough.index] : this.blank },
       ...folds?.uniforms,
     };
     const program = (vertex, fragment, more) => new THREE.ShaderMaterial({
-      uniforms, vertexColors: true, vertexShader: VERTEX.replace("VIEW", vertex),
+      uniforms, vertexColors: true, vertexShader: VERTEX.replace("VIEW", vertex).replace("OPENNESS", this.stage.openness_glsl),
       fragmentShader: fragment, ...more,
     });
     mesh.material = program(EYE, this.stage.glsl + FRAGMENT, {

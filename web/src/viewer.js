@@ -8,6 +8,7 @@ import { CurveBars, curveTable } from "./curves.js";
 import { bytesOf, unpacked } from "./files.js";
 import { foldsOf } from "./folds.js";
 import { Head } from "./head.js";
+import { mouthOf } from "./mouth.js";
 import { Pace } from "./pace.js";
 import { Shading, Shadow } from "./shading.js";
 import { Clock, soundOf } from "./sound.js";
@@ -62,7 +63,8 @@ async function start() {
   const { scene, meshes } = head;
   const pictures = await head.pictures();
   const folds = foldsOf(meshes, take.stage.folds, pictures);
-  meshes.forEach((mesh) => shading.dress(mesh, pictures, folds));
+  const mouth = mouthOf(meshes, take.stage.mouth);
+  meshes.forEach((mesh) => shading.dress(mesh, pictures, folds, mouth));
   const shadow = Shadow.possible(renderer) && new Shadow(shading, take.stage.shadow_side);
   const blob = take.sound && new Blob([bytesOf("sound")], { type: take.sound });
   const sound = soundOf(blob, take.duration);
@@ -77,6 +79,7 @@ async function start() {
   const pose = (time) => {
     head.pose(time);
     folds?.update();
+    mouth.update();
     if (shadow) shadow.draw(renderer, scene, meshes);
     bars.show();
     captions.show(time);
@@ -116,7 +119,7 @@ async function start() {
   new ResizeObserver(() => { resize(); show(); }).observe($("stage"));
   renderer.setAnimationLoop(show);
   // What a script or a test may want to hold on to.
-  window.elocute = { take, sound, meshes, folds, camera, renderer, show, jump };
+  window.elocute = { take, sound, meshes, folds, mouth, camera, renderer, show, jump };
   document.body.classList.add("ready");
 }
 

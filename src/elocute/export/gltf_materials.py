@@ -32,9 +32,9 @@ class Finish:
         Strength of a smooth layer above, 0 to 1: the tears on an eye.
     both_sides : bool
         Whether the far side of its faces is seen, where no surface says it.
-    kept : float
-        Share of its colour. Lids and lips shade eyes and teeth from light of all sides, which other
-        programs do not draw: they glow.
+    kept : (3,) tuple of float
+        Share of its red, green and blue. Lids and lips shade eyes and teeth from light of all
+        sides, which other programs do not draw: they glow; teeth, lit by flesh, would be blue.
     relief : float
         Share of the slope of its normal map. Light that scatters in skin sees blunter normals than
         what it mirrors; other programs have one normal for both, and skin turns to leather.
@@ -44,7 +44,7 @@ class Finish:
     specular: float = 0.7
     clearcoat: float = 0.0
     both_sides: bool = False
-    kept: float = 1.0
+    kept: tuple[float, float, float] = (1.0, 1.0, 1.0)
     relief: float = 1.0
 
 
@@ -52,10 +52,10 @@ FINISHES = {
     "skin": Finish(0.55, 0.45, relief=0.6),
     "lips": Finish(0.38, 0.8),
     "mouth": Finish(0.5, 0.15, both_sides=True),
-    "teeth": Finish(0.25, 0.35, kept=0.8),
+    "teeth": Finish(0.25, 0.35, kept=(0.80, 0.755, 0.665)),
     "gums": Finish(0.35, 0.25),
     "tongue": Finish(0.45, 0.25, both_sides=True),
-    "eyeball": Finish(0.25, 0.5, clearcoat=1.0, kept=0.55),
+    "eyeball": Finish(0.25, 0.5, clearcoat=1.0, kept=(0.55, 0.55, 0.55)),
     "hair": Finish(0.8, 0.3, both_sides=True),
     # Of all light that skin beside them mirrors too: black brows turn blue under a bright sky.
     "brows": Finish(0.8, 0.06, both_sides=True),
@@ -120,7 +120,7 @@ def _add_material(
     record: dict[str, Any] = {
         "name": name,
         "pbrMetallicRoughness": {
-            "baseColorFactor": [*[finish.kept] * 3, 1.0],
+            "baseColorFactor": [*finish.kept, 1.0],
             "metallicFactor": 0.0,
             "roughnessFactor": finish.roughness,
         },
@@ -130,7 +130,10 @@ def _add_material(
         record["doubleSided"] = surface.both_sides
         record["pbrMetallicRoughness"] |= {
             "roughnessFactor": surface.roughness_factor,
-            "baseColorFactor": [*(finish.kept * float(c) for c in surface.tint), 1.0],
+            "baseColorFactor": [
+                *(kept * float(c) for kept, c in zip(finish.kept, surface.tint, strict=True)),
+                1.0,
+            ],
         }
         _add_images(file, record, surface, finish.relief, images, folds)
     extensions: dict[str, Any] = {"KHR_materials_specular": {"specularFactor": finish.specular}}

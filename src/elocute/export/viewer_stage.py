@@ -16,6 +16,7 @@ from elocute.export.render.parts import Part, Parts
 from elocute.export.render.shadow import shadow_view
 from elocute.head.looks.folds import folds_of
 from elocute.head.model import HeadModel
+from elocute.head.mouth_opening import ENDS, LEAST_REACH_M, REACH
 from elocute.head.surface import EYE, Surface
 
 SHADOW_SIDE = 192
@@ -40,7 +41,8 @@ def viewer_stage(head: HeadModel, light: str = "studio") -> dict[str, Any]:
         Of plain values: `glsl` (`shading.glsl`), `exposure`, `key_view` (16, by columns), `taps`,
         `shadow_side`, `shadow_bias`, `ground` (two sRGB colours of 0 to 255), `light_ground` (the
         same beside light controls, or None where it stays), and `parts`, by the name of the
-        material; `folds` where a material has them.
+        material; `folds` where a material has them, `mouth` where one has the lips, and
+        `openness_glsl`, what lips leave of the light on what is in it.
     """
     rig, parts = RIGS[light], Parts(head)
     key = shadow_view(head, rig)
@@ -56,6 +58,8 @@ def viewer_stage(head: HeadModel, light: str = "studio") -> dict[str, Any]:
         "light_ground": _bytes(*LIGHT_GROUNDS[light]) if light in LIGHT_GROUNDS else None,
         "parts": {part.name: _part(part) for part in parts.parts},
         "folds": _fold_zones(head, folds[0]) if folds else None,
+        "mouth": _mouth(head),
+        "openness_glsl": shading.OPENNESS_GLSL,
     }
 
 
@@ -86,6 +90,29 @@ def _fold_zones(head: HeadModel, material: int) -> dict[str, Any]:
     }
 
 
+def _mouth(head: HeadModel) -> dict[str, Any] | None:
+    """What `mouth_opening` reads off a pose; corners of the .glb's part of the first material that
+    has all of the lips' line, None where none has."""
+    lips = head.inner_lip_upper, head.inner_lip_lower, head.inner_corners
+    places = np.concatenate(lips)
+    if not len(places) or not len(head.inner_corners):
+        return None
+    for index, name in enumerate(head.material_names):
+        vertices, _, _ = corners_of(head, index)
+        if np.isin(places, vertices).all():
+            upper, lower, ends = (np.searchsorted(vertices, each).tolist() for each in lips)
+            return {
+                "material": name,
+                "upper": upper,
+                "lower": lower,
+                "corners": ends,
+                "ends": ENDS,
+                "reach": REACH,
+                "least_reach": LEAST_REACH_M,
+            }
+    return None
+
+
 def _part(part: Part) -> dict[str, Any]:
     return {
         "finish": asdict(part.finish),
@@ -97,6 +124,7 @@ def _part(part: Part) -> dict[str, Any]:
         "turns": part.turns,
         "rounded": part.rounded,
         "casts": part.casts,
+        "inside": part.inside,
         "core": part.core,
         "fringe_gain": part.fringe_gain,
     }

@@ -34,8 +34,8 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
     },
     "kk": {"jawOpen": 0.25},
     "CH": {
-        "jawOpen": 0.02,
-        "mouthFunnel": 0.36,
+        "jawOpen": 0.01,
+        "mouthFunnel": 0.30,
         "mouthPucker": 0.30,
         **_both("mouthLowerDown", 0.16),
     },
@@ -70,7 +70,7 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
         **_both("mouthStretch", 0.28),
         **_both("mouthSmile", 0.24),
     },
-    "oh": {"jawOpen": 0.21, "mouthFunnel": 0.36, "mouthPucker": 0.28},
-    "ou": {"jawOpen": 0.06, "mouthFunnel": 0.22, "mouthPucker": 0.72},
+    "oh": {"jawOpen": 0.21, "mouthFunnel": 0.30, "mouthPucker": 0.28},
+    "ou": {"jawOpen": 0.06, "mouthFunnel": 0.26, "mouthPucker": 0.68},
     "W": {"jawOpen": 0.04, "mouthPucker": 0.95},
 }

@@ -62,6 +62,7 @@ class GlRenderer:
         if parts.fold_masks is not None:
             self._zones = self._gl.buffer(np.ascontiguousarray(parts.fold_masks).tobytes())
         self._folding: list[Any] = []
+        self._inside: list[Any] = []
         self._indices = {
             part.name: self._gl.buffer(np.ascontiguousarray(part.triangles).tobytes())
             for part in parts.parts
@@ -152,6 +153,8 @@ class GlRenderer:
         if "fold_strengths" in program:
             buffers.append((self._zones, "4f1 4f1 4f1 4f1", *(f"folds_{k}" for k in range(4))))
             self._folding.append(program)
+        if "opening" in program:
+            self._inside.append(program)
         return self._gl.vertex_array(program, buffers, self._indices[part.name])
 
     def bind(self, part: Part) -> None:
@@ -222,6 +225,10 @@ class GlRenderer:
             strengths = self._parts.fold_strengths(points).tobytes()
             for program in self._folding:
                 program["fold_strengths"].write(strengths)
+        if self._inside:
+            opening = self._parts.opening(points).tobytes()
+            for program in self._inside:
+                program["opening"].write(opening)
         self._shadow.draw()
         gl.enable_only(moderngl.DEPTH_TEST)
         self._drawn.use()

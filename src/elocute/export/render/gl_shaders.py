@@ -15,8 +15,10 @@ in vec3 color; in float occlusion; in vec3 strand;
 out vec3 place; out vec3 smooth_normal; out vec2 at; out vec4 paint;
 out vec3 from_key; out vec3 along;
 ZONES
+OPENNESS
 void main() {
     SET_CREASE
+    SET_OPEN
     gl_Position = projection * vec4(position, 1.0);
     place = position; smooth_normal = normal; at = texcoord; paint = vec4(color, occlusion);
     along = strand;
@@ -31,6 +33,10 @@ out vec2 crease;
 _CREASE = """
     crease = vec2(dot(folds_0, fold_strengths[0]) + dot(folds_1, fold_strengths[1]),
         dot(folds_2, fold_strengths[2]) + dot(folds_3, fold_strengths[3]));
+"""
+_OPENING = """
+uniform vec4 opening[3];
+out float open;
 """
 _HEIGHT = """
 in vec2 crease;
@@ -89,6 +95,7 @@ uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D rou
 uniform sampler2D shadow_map; uniform sampler2D folds_map;
 in vec3 place; in vec3 smooth_normal; in vec2 at; in vec4 paint; in vec3 from_key; in vec3 along;
 HEIGHT
+OPEN
 out vec4 pixel;
 SHADING
 void main() {
@@ -101,6 +108,7 @@ void main() {
     p.strand = STRAND;
     p.occlusion = paint.a; p.roughness = ROUGHNESS;
     ROUGH
+    ENCLOSE
     vec3 relief = RELIEF;
     TURN_RELIEF
     p.normal = NORMAL;
@@ -129,10 +137,16 @@ void main() {
 
 
 def vertex(part: Part) -> str:
-    """The vertices of a part; those of a surface with folds know how strong they are."""
-    folds = part.folds is not None
-    parts = {"ZONES": _ZONES, "SET_CREASE": _CREASE}
-    return _filled(_VERTEX, parts if folds else dict.fromkeys(parts, ""))
+    """The vertices of a part; those of a surface with folds know how strong they are, those in the
+    mouth how open to the room."""
+    folds, inside = part.folds is not None, part.inside
+    parts = {
+        "ZONES": _ZONES if folds else "",
+        "SET_CREASE": _CREASE if folds else "",
+        "OPENNESS": shading.OPENNESS_GLSL + _OPENING if inside else "",
+        "SET_OPEN": "open = openness(opening, position);" if inside else "",
+    }
+    return _filled(_VERTEX, parts)
 
 
 def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
@@ -159,6 +173,8 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
         "CUT": cut,
         "TINT": "vec3(" + ", ".join(f"{value:f}" for value in given.tint) + ")",
         "FACING": "(gl_FrontFacing ? 1.0 : -1.0)" if part.turns else "1.0",
+        "OPEN": "in float open;" if part.inside else "",
+        "ENCLOSE": "enclosed(p, open);" if part.inside else "",
         "HEIGHT": "" if part.folds is None else _HEIGHT,
         "TURN_RELIEF": "" if part.folds is None else _FOLD,
         "RELIEF": "texture(normal_map, at).xyz" if part.normal else "vec3(0.5, 0.5, 1.0)",

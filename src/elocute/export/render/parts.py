@@ -16,6 +16,7 @@ from elocute.export.render.shading import FOLD_STEP, Finish, finish_of, to_linea
 from elocute.head.folds import SETS, ZONES_OF_SET
 from elocute.head.looks.folds import folds_of
 from elocute.head.model import HeadModel
+from elocute.head.mouth_opening import mouth_opening, openness
 from elocute.head.normals import vertex_normals
 from elocute.head.surface import IMAGES, Surface
 
@@ -76,6 +77,11 @@ class Part:
     def casts(self) -> bool:
         """Whether it casts shadows: not what is inside the head, nor brows and lashes."""
         return self.finish.ambient > ENCLOSED if self.solid else self.rounded
+
+    @property
+    def inside(self) -> bool:
+        """Whether it is in the mouth, where lips keep light from it."""
+        return self.solid and self.finish.ambient <= ENCLOSED
 
     @property
     def core(self) -> float:
@@ -172,6 +178,19 @@ class Parts:
         assert self.fold_masks is not None
         zones = self.fold_masks.astype(np.float32) / 255 * self.fold_strengths(points)
         return zones.reshape(-1, SETS, ZONES_OF_SET).sum(axis=2)
+
+    def opening(self, points: FloatArray) -> Float32Array:
+        """(3, 4) the opening of the lips on vertices (vertex, 3) m, as `mouth_opening` has it."""
+        return mouth_opening(self._head, points)
+
+    def openness(self, points: FloatArray) -> Float32Array:
+        """(split, 1) how open split vertices in the mouth are to the room, 1 for all others."""
+        open_ = np.ones((len(self.source), 1), np.float32)
+        inner = [part.triangles.ravel() for part in self.parts if part.inside]
+        if inner:
+            chosen = np.unique(np.concatenate(inner))
+            open_[chosen] = openness(self.opening(points), points[self.source[chosen]])
+        return open_
 
     @cached_property
     def skin_color(self) -> float:

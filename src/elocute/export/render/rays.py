@@ -207,6 +207,8 @@ class RayRenderer:
             roughness=np.clip(roughness, 0.05, 1),
             shadow=shading.open_to_key(seen, from_key[:, 2:] - shading.SHADOW_BIAS),
         )
+        if part.inside:
+            point = shading.enclosed(point, _weighted(scene.openness, corners, shares))
         point = self._turned(scene, part, point, corners, shares, at, density)
         return shading.shown(shading.lit(point, part.finish, self._stage.rig), self._exposure)
 
@@ -293,6 +295,8 @@ class _Scene:
         if parts.fold_masks is not None:
             self.folded = parts.folded(points)
             """(split, set) how strong folds are."""
+        self.openness: Float32Array = parts.openness(points)
+        """(split, 1) how open to the room what is in the mouth is."""
         self._scene = EmbreeScene()
         corners = np.ascontiguousarray(self._moved[triangles, :3], np.float32)
         TriangleMesh(self._scene, corners)

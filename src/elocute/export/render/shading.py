@@ -72,6 +72,7 @@ STRAND_TINT = (0.10, 0.95)  # strength: white of the former, of the hair's own c
 STRAND_GAP = 0.02  # linear green of hair at which half of the former is left: gaps are in shade
 STRAND_TILT = (-0.10, 0.14)  # along the hair: the former lies nearer its root, the latter its tip
 LID_UPPER, LID_LOWER, LID_CORNER = (0.0, 0.50), (-0.7, -0.3), (0.40, 0.88)  # of an eye's normals
+DIM_LEAST, DIM_POWERS, DIM_SHINE = 0.12, (0.45, 0.85, 1.0), 0.25  # behind lips: flesh reddens light
 BALL = 0.74  # the white of an eye is darker than it is painted
 LID_ARCH = 0.45  # how far the upper lid's edge comes down towards the corners
 LID_WARMTH = (0.86, 1.06, 1.12)  # powers of a lid's shade: flesh round an eye reddens it
@@ -148,7 +149,7 @@ def lit(p: Point, f: Finish, rig: Rig) -> FloatArray:
     mirrored = 2 * facing * p.normal[:, 1:2] - p.view[:, 1:2]
     shine = _around(mirrored, rig) * (glance * p.occlusion * f.ambient * (1 - f.strand))
     for index, lamp in enumerate(rig.lamps):
-        kept = CREVICE + (1 - CREVICE) * (1 - f.ambient) if index == 0 else ENCLOSED
+        kept = 1 - f.ambient * (1 - (CREVICE if index == 0 else ENCLOSED))
         through = _mix(1.0, p.occlusion, kept)
         bled = through
         if index == 0:
@@ -374,6 +375,15 @@ def folded(point: Point, texel: FloatArray, heights: FloatArray) -> tuple[Point,
     return shaded, turned
 
 
+def enclosed(point: Point, openness: FloatArray) -> Point:
+    """Points in a mouth whose lips let some light in (point, 1): darker, lit by red flesh."""
+    return replace(
+        point,
+        albedo=point.albedo * np.maximum(openness, np.float32(DIM_LEAST)) ** _f32(DIM_POWERS),
+        occlusion=point.occlusion * _mix(DIM_SHINE, 1.0, openness),
+    )
+
+
 def edge_on(slant: FloatArray) -> FloatArray:
     """Factor of a card's alpha: what is seen edge-on would only be a dashed line.
 
@@ -389,7 +399,7 @@ def glsl(rig: Rig) -> str:
     """
     lamps = []
     for index, lamp in enumerate(rig.lamps):
-        kept = f"mix(1.0, {CREVICE:f}, f.ambient)" if index == 0 else f"{ENCLOSED:f}"
+        kept = f"mix(1.0, {CREVICE if index == 0 else ENCLOSED:f}, f.ambient)"
         through = f"mix(1.0, p.occlusion, {kept})"
         bled = "vec3(through)"
         if index == 0:
@@ -519,6 +529,10 @@ vec3 folded(inout Point p, vec3 texel, vec3 heights) {{
     p.occlusion *= 1.0 - sunk * {FOLD_SHADE:f};
     return texel - vec3((heights.yz - heights.x) * {0.5 * FOLD_SLOPE:f}, 0.0);
 }}
+void enclosed(inout Point p, float openness) {{
+    p.albedo *= pow(vec3(max(openness, {DIM_LEAST:f})), {_vec(DIM_POWERS)});
+    p.occlusion *= mix({DIM_SHINE:f}, 1.0, openness);
+}}
 void tangents(vec3 place, vec2 at, vec3 normal, out vec3 right, out vec3 up) {{
     vec2 a0 = dFdx(at), a1 = dFdy(at);
     vec3 across = cross(dFdy(place), normal), down = cross(normal, dFdx(place));
@@ -545,6 +559,21 @@ vec3 bumped(vec3 texel, float scale, vec3 place, vec2 at, vec3 normal) {{
     return normalize(tangent * slope.x + bitangent * slope.y + normal * (texel.z * 2.0 - 1.0));
 }}
 """
+
+
+OPENNESS_GLSL = """
+float squares(vec3 place, vec3 start, vec3 end) {
+    vec3 way = end - start, from = place - start;
+    vec3 off = from - clamp(dot(from, way) / max(dot(way, way), 1e-12), 0.0, 1.0) * way;
+    return dot(off, off);
+}
+float openness(vec4 opening[3], vec3 place) {
+    float away = min(squares(place, opening[0].xyz, opening[1].xyz),
+        squares(place, opening[1].xyz, opening[2].xyz));
+    return 1.0 / (1.0 + away / (opening[0].w * opening[0].w));
+}
+"""
+"""`elocute.head.mouth_opening.openness` for the stages of vertices, kept apart from `glsl`."""
 
 
 def finish_glsl(finish: Finish) -> str:

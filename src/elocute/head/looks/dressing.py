@@ -23,7 +23,7 @@ DULL_WHITE = 0.22
 """How much darker the whites of the eyes are in the darkest skin: pure white seems to glow, as the
 camera is set for the skin."""
 INSIDE = {
-    "teeth": (0.36, 0.99, 0.97),
+    "teeth": (0.36, 0.985, 0.95),
     "gums": (0.45, 0.96, 0.98),
     "tongue": (0.42, 0.97, 0.97),
     "mouth": (0.35, 1.0, 1.0),
@@ -38,6 +38,9 @@ LASH_COLOUR, LASH_OF_HAIR = (0.006, 0.005, 0.004), 0.05
 """What lashes have at least, and how much of the hair's colour they take."""
 BROW_WARMTH = (1.0, 0.93, 0.84)
 """Brows over warm skin would else look blue."""
+CORNER_M, CORNER_SKIN = 0.005, 0.4
+"""How far from the corners of the mouth the edge of its lining is skin's too, and how much there.
+"""
 MODELLED = ("brows", "lashes")
 """Parts of the bare head that a look puts cards in place of."""
 TEXTURED = ("skin", "lips", "eyeball")
@@ -182,7 +185,7 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
         color[np.unique(head.quads[faces & kept])] = 255
     # Where the lining begins, the skin's white would else run into it.
     lining = np.unique(head.quads[head.material == materials.index("mouth")])
-    color[lining] = head.vertex_color[lining]
+    color[lining] = _lightened(head, color, lining)
     tone = DEFAULT_TONE if look.tone is None else look.tone
     skin = Surface(
         color=skin_picture(
@@ -204,9 +207,10 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
         iris_rad=IRIS_RAD,
         iris_depth=IRIS_DEPTH,
     )
-    wet = {"teeth": 0.22, "gums": 0.3, "tongue": 0.42, "mouth": 0.6}
+    wet = {"teeth": 0.22, "gums": 0.3, "tongue": 0.56, "mouth": 0.6}
     surfaces = {"skin": skin, "eyeball": eye}
     surfaces |= {name: Surface(roughness_factor=rough) for name, rough in wet.items()}
+    surfaces["tongue"] = replace(surfaces["tongue"], normal=baked.picture("skins/tongue"))
     for name, (dark, green, blue) in INSIDE.items():
         left = 1 - dark * tone
         surfaces[name] = replace(surfaces[name], tint=(left, green * left, blue * left))
@@ -219,6 +223,16 @@ def _bare(head: HeadModel, look: Look, hair: tuple[float, ...]) -> HeadModel:
         surfaces=surfaces,
         look=None,
     )
+
+
+def _lightened(head: HeadModel, color: np.ndarray, lining: np.ndarray) -> np.ndarray:
+    """(vertex, 3) colours of the lining; lighter where skin begins at the corners of the mouth:
+    dark on either side, the line between the lips would else run on in black beyond their red."""
+    own = head.vertex_color[lining].astype(np.float32)
+    ends = head.template[head.inner_corners]
+    away = np.linalg.norm(head.template[lining][:, None] - ends, axis=2).min(axis=1)
+    share = CORNER_SKIN * (color[lining] == 255).all(axis=1) * np.exp(-((away / CORNER_M) ** 2))
+    return np.round(own + (255 - own) * share[:, None]).astype(np.uint8)
 
 
 def _wearing(
