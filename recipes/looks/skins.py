@@ -33,8 +33,8 @@ SKINS = {
 }
 """The source of its detail, that of its broad colours where another is, strength of the detail."""
 LIP_OF_SKIN = {
-    "light_female": (0.86, 0.63, 0.64),
-    "light_male": (0.85, 0.69, 0.69),
+    "light_female": (0.84, 0.63, 0.65),
+    "light_male": (0.80, 0.695, 0.705),
     "dark_female": (0.82, 0.64, 0.67),
     "dark_male": (0.80, 0.69, 0.71),
 }
@@ -43,7 +43,7 @@ LIP_CREASE, LIP_ROLL = (0.028, 0.045, 0.042), 0.035
 """How much darker lips are in their fine upright creases; how much paler the skin along them."""
 LIP_CREASE_PX, LIP_CREASE_DEPTH = (15, 1.9), 0.011
 """Length and width of a crease on an atlas of 2048 px, and how deep it is."""
-LIP_NATURAL = {"female": 0.8, "male": 0.85}
+LIP_NATURAL = {"female": 0.85, "male": 0.95}
 """How far painted lips give way to natural ones."""
 LIP_ENDS_MM, LIP_END = (0.5, 5.0), 0.8
 """Over which distance from the corners of the mouth lips take on their red, and their share of it
