@@ -15,7 +15,6 @@ SAMPLER = {"magFilter": 9729, "minFilter": 9987}  # linear; linear between mipma
 CLAMP = {"wrapS": 33071, "wrapT": 33071}  # or roots of strands show behind their tips
 
 
-
 @dataclass(frozen=True)
 class Finish:
     """How light meets a material, beside its images.
@@ -196,9 +195,7 @@ def _add_images(
         record["extras"] = {"folds": texture("folds", surface.folds)["index"]}
 
 
-def _texture(
-    file: GltfFile, data: bytes, media: str, name: str, sampler: dict[str, int]
-) -> int:
+def _texture(file: GltfFile, data: bytes, media: str, name: str, sampler: dict[str, int]) -> int:
     """A texture of an image; an image that several materials have is stored once."""
     samplers = file.json["samplers"]
     number = samplers.index(sampler) if sampler in samplers else file.add("samplers", sampler)

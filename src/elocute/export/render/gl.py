@@ -95,7 +95,9 @@ class GlRenderer:
             )
         ]
         # What is sheer lies close on the skin, under the hair.
-        fringed = sorted((part for part in cards if part.surface.fringed), key=lambda part: -part.core)
+        fringed = sorted(
+            (part for part in cards if part.surface.fringed), key=lambda part: -part.core
+        )
         self._fringes = [(self._drawing(part, fringe=True), part) for part in fringed]
         scale = stage.profile.oversampling
         large = (round(size[0] * scale), round(size[1] * scale))
