@@ -312,8 +312,8 @@ def fringe() -> Groom:
 
 
 FRINGE = (
-    Layer(0.0044, 0.0085, FULL, 0.80, (0.70, 0.98), 0.10, 0.90, where="forehead"),
-    Layer(0.0037, 0.0062, LOOSE, 0.95, (0.76, 1.05), 0.14, 0.97, where="forehead"),
+    Layer(0.0047, 0.0088, FULL, 0.80, (0.70, 0.98), 0.10, 0.90, where="forehead"),
+    Layer(0.0041, 0.0064, LOOSE, 0.95, (0.76, 1.05), 0.14, 0.97, where="forehead"),
     Layer(0.0050, 0.0055, AIRY, 1.05, (0.80, 1.08), 0.20, 0.97, where="forehead"),
 )
 FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 27.0, 2.5, 0.30

@@ -25,7 +25,7 @@ SLACK_M = 0.0015
 """So much deeper, a pixel still counts: faces differ, and hair moves with them."""
 CORE, FAINT = 0.8, 0.01
 """The alpha that hides what lies behind, and the least that is drawn."""
-SHOWN = 0.05
+SHOWN = 0.07
 """The share of its pixels that a quad must show to be kept, with those before and behind it in its
 ribbon, or one sees where it is cut off."""
 ROUND, OPEN = 40, (0.15, 0.45)
