@@ -79,6 +79,10 @@ def sheet(rows: list[list[Image.Image]], labels: list[str], columns: int, path: 
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 
+OPEN_JAW = {"mouthClose": 1.0, "tongueTipUp": 0.4, "tongueDental": 0.3}
+"""How far the jaw is open for shapes that are made for that, or are not seen else."""
+
+
 def shapes_sheet(head: HeadModel, path: Path) -> None:
     faces, labels = [], []
     for name, delta in zip(head.expression_names, head.expression_basis, strict=True):
@@ -87,14 +91,14 @@ def shapes_sheet(head: HeadModel, path: Path) -> None:
         partner = name[:-4] + "Right"
         both = name.endswith("Left") and partner in head.expression_names
         moved = head.template + delta
-        if name == "mouthClose":  # made for an open jaw
-            moved = moved + head.expression_basis[head.expression_index("jawOpen")]
+        open_ = OPEN_JAW.get(name, 0.0)
+        moved = moved + open_ * head.expression_basis[head.expression_index("jawOpen")]
         sideways = name.startswith(("jaw", "mouthLeft", "eyeLook"))
         if both and not sideways:
             moved = moved + head.expression_basis[head.expression_index(partner)]
         faces.append(moved)
         label = name.removesuffix("Left") if both and not sideways else name
-        labels.append("mouthClose + jawOpen" if name == "mouthClose" else label)
+        labels.append(f"{label} + jawOpen" if open_ else label)
     rows = [list(drawn(head, faces, (150, 190), camera(head, 0.23, yaw))) for yaw in (0.0, 40.0)]
     sheet(rows, labels, 5, path)
 
