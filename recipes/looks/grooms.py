@@ -255,6 +255,7 @@ def falling(
             apart_m=layer.apart_m * (FALLING_APART if layer.where == "all" else FALLING_EDGE),
         )
         for layer in LAYERS
+        if layer.lanes != AIRY  # its single hairs would be wires before the face
     )
     return Groom(
         lambda places: _parted(places, part_mm, tuck, swept), length, volume,

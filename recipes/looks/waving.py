@@ -10,7 +10,7 @@ from recipes.looks.cards import Cards
 from recipes.looks.grooms import ramp
 from recipes.looks.scalp import Places, Scalp
 
-WAVE_MM, SHORTER = 96.0, 0.30
+WAVE_MM, SHORTER = 112.0, 0.20
 """From crest to crest, and how much shorter waves are at the tips."""
 FROM_MM = (35.0, -60.0)
 """Heights over the eyes between which waves grow: near its root hair lies flat."""
