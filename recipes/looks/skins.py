@@ -59,10 +59,10 @@ of the face and from the eyes' height."""
 NOSTRIL_MM, NOSTRIL = ((9.3, -39.2, -10.6), 3.3), (0.46, 0.35, 0.33)
 """Middle and half size of a nostril, mm; what its inside, where light hardly comes, keeps of the
 colour of skin."""
-LID_OF_SKIN = {"light": (0.95, 0.89, 0.88), "dark": (0.80, 0.75, 0.73)}
+LID_OF_SKIN = {"light": (0.915, 0.845, 0.84), "dark": (0.77, 0.72, 0.70)}
 NEAR_LID_OF_SKIN = (0.955, 0.905, 0.905)
 """Lids are thin and redder than the skin round them, which comes to their colour by and by."""
-LID_GRAIN, STRETCHED_GRAIN = 0.2, 0.05
+LID_GRAIN, STRETCHED_GRAIN = 0.2, 0.08
 """A lid's grain is drawn out as it shuts: less of it than elsewhere."""
 LID_CREPE, LID_CREPE_PX = 0.02, (0.9, 5.0)
 """Depth of the fine lines across a lid; their height and length on an atlas of 2048 px."""
@@ -472,7 +472,7 @@ NORMALS = {
     "old": ("old_darkskinned_male", 1.3),
 }
 """Source of the relief and its depth."""
-MAP_SIZE, LID_OPEN = 512, 0.86
+MAP_SIZE, LID_OPEN = 512, 0.76
 """Size of the map of roughness; how open to the light a shut lid is, under its brow."""
 
 
