@@ -98,6 +98,8 @@ EAR_GRAIN, EAR_SHADE, EAR_RIM = 0.25, (0.62, 0.86, 0.90), (1.0, 0.98, 0.97)
 """Share of the painted detail that stays in an ear; powers of the shade that its folds take,
 red least; what thin rims, through which light comes, are multiplied by."""
 SOCKET = (0.60, 0.33, 0.30)
+RAYS_MM, RAYED = 20.0, 0.85
+"""How far from the corners of the mouth skin is plainer, and how much."""
 SHAVEN_MM = -8.0
 """From where hair is taken off that is painted, behind our hairline: it begins before it in some.
 """
@@ -128,6 +130,9 @@ class Masks:
             for across, up, wide, high in (NOSE_BASE, NOSE_WINGS)
         ]
         plain = np.maximum.reduce([beside, *nose])
+        # Round lips draw what is painted beside their corners out to rays.
+        rayed = np.exp(-((away / RAYS_MM) ** 2))
+        self.rayed = RAYED * blurred(canvas.spread(rayed, size), size / 250) * (1 - self.lip)
         self.plain = blurred(canvas.spread(plain, size), size / 250) * (1 - self.lip)
         crown = np.clip((at[:, 1] - 55) / 14, 0, 1)
         behind = np.clip((-95 - at[:, 2]) / 14, 0, 1) * np.clip((at[:, 1] + 62) / 20, 0, 1)
@@ -349,6 +354,7 @@ def _mottled(colour: np.ndarray, masks: Masks) -> np.ndarray:
     size = colour.shape[0]
     pores, _ = masks.relief
     bare = (1 - masks.lip) * (1 - masks.lid) * (1 - masks.scalp.clip(0, 1)) * (1 - masks.ear)
+    bare *= 1 - masks.rayed
     dark = PORE_SHADE * pores * (0.35 + 0.65 * masks.pored) * bare
     red = MOTTLE * (0.6 * noise(21, size, size / 340) + 0.4 * noise(22, size, size / 110)) * bare
     return colour * (1 - dark[..., None]) * np.exp(red[..., None] * [0.25, -1.0, -0.8])
@@ -362,7 +368,7 @@ def _plain_mouth(colour: np.ndarray, masks: Masks) -> np.ndarray:
     bare *= 1 - 0.9 * masks.plain[..., None]
     around = blurred(colour * bare, size / 30) / np.maximum(blurred(bare, size / 30), 1e-4)
     grain = colour - blurred(colour, size / 500)
-    share = masks.plain[..., None]
+    share = np.maximum(masks.plain, masks.rayed)[..., None]
     colour = colour * (1 - share) + (around + LID_GRAIN * grain) * share
     return colour * (1 - masks.nostril[..., None] * (1 - np.array(NOSTRIL)))
 
@@ -481,7 +487,8 @@ def marks(canvas: Canvas, masks: Masks) -> dict[str, np.ndarray]:
     rng = np.random.default_rng(7)
     size = SIZE
     dots = blurred((rng.random((size, size)) > 0.975) * 1.0, 0.7)
-    stubble = masks.beard.clip(0, 1) * (0.30 + 0.70 * np.clip(dots / np.percentile(dots, 98), 0, 1))
+    dots = np.clip(dots / np.percentile(dots, 98), 0, 1) * (1 - masks.rayed)
+    stubble = masks.beard.clip(0, 1) * (0.30 + 0.70 * dots)
     spots = blurred((rng.random((size, size)) > 0.9985) * 1.0, 2.0)
     spots += 0.5 * blurred((rng.random((size, size)) > 0.9975) * 1.0, 1.2)
     spots = np.clip(spots / np.percentile(spots, 99.3), 0, 1)

@@ -14,7 +14,7 @@ WAVE_MM, SHORTER = 112.0, 0.20
 """From crest to crest, and how much shorter waves are at the tips."""
 FROM_MM = (35.0, -60.0)
 """Heights over the eyes between which waves grow: near its root hair lies flat."""
-ASIDE_MM, OUT_MM = 7.0, 4.0
+ASIDE_MM, OUT_MM = 6.5, 4.0
 """How far hair goes to either side, and off the head, never towards it."""
 LOCK_MM, APART = 34.0, 1.5
 """How wide locks are that wave together, and how far their waves are apart, radians."""

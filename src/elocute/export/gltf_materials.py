@@ -55,7 +55,7 @@ FINISHES = {
     "gums": Finish(0.35, 0.25),
     "tongue": Finish(0.45, 0.25, both_sides=True),
     "eyeball": Finish(0.25, 0.5, clearcoat=1.0, kept=(0.55, 0.55, 0.55)),
-    "hair": Finish(0.8, 0.3, both_sides=True),
+    "hair": Finish(0.8, 0.2, both_sides=True),
     # Of all light that skin beside them mirrors too: black brows turn blue under a bright sky.
     "brows": Finish(0.8, 0.06, both_sides=True),
     "lashes": Finish(0.8, 0.06, both_sides=True),
