@@ -187,7 +187,8 @@ export class Shading {
       ...folds?.uniforms,
     };
     const program = (vertex, fragment, more) => new THREE.ShaderMaterial({
-      uniforms, vertexColors: true, vertexShader: VERTEX.replace("VIEW", vertex).replace("OPENNESS", this.stage.openness_glsl),
+      uniforms, vertexColors: true,
+      vertexShader: VERTEX.replace("VIEW", vertex).replace("OPENNESS", this.stage.openness_glsl),
       fragmentShader: fragment, ...more,
     });
     mesh.material = program(EYE, this.stage.glsl + FRAGMENT, {
@@ -201,6 +202,8 @@ export class Shading {
         blendSrc: THREE.OneFactor, blendDst: THREE.OneMinusSrcAlphaFactor,
       }),
     });
+    // What is sheer lies close on the skin, under the fringes of hair.
+    mesh.renderOrder = part.core > 1 ? -1 : 0;
     const casts = part.casts && !fringe;
     mesh.userData.depths = casts && program(KEY, DEPTHS, { side: THREE.DoubleSide, defines: shape });
   }

@@ -72,11 +72,8 @@ STRAND_TINT = (0.10, 0.95)  # strength: white of the former, of the hair's own c
 STRAND_GAP = 0.02  # linear green of hair at which half of the former is left: gaps are in shade
 STRAND_TILT = (-0.10, 0.14)  # along the hair: the former lies nearer its root, the latter its tip
 LID_UPPER, LID_LOWER, LID_CORNER = (0.0, 0.50), (-0.7, -0.3), (0.40, 0.88)  # of an eye's normals
-DIM_LEAST, DIM_POWERS, DIM_SHINE = (
-    0.25,
-    (0.35, 0.75, 0.85),
-    0.40,
-)  # behind lips: flesh reddens light
+# Behind lips, whose flesh reddens light: least of it, powers of red, green and blue, shine left.
+DIM_LEAST, DIM_POWERS, DIM_SHINE = 0.25, (0.35, 0.75, 0.85), 0.40
 BALL = 0.74  # the white of an eye is darker than it is painted
 LID_ARCH = 0.45  # how far the upper lid's edge comes down towards the corners
 LID_WARMTH = (0.86, 1.06, 1.12)  # powers of a lid's shade: flesh round an eye reddens it
