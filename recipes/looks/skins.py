@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -39,9 +40,9 @@ LIP_OF_SKIN = {
     "dark_male": (0.80, 0.69, 0.71),
 }
 """Lips as factors of the skin around them (sRGB): less red in men, duller in dark skin."""
-LIP_CREASE, LIP_ROLL = (0.028, 0.045, 0.042), 0.035
+LIP_CREASE, LIP_ROLL = (0.034, 0.060, 0.055), 0.035
 """How much darker lips are in their fine upright creases; how much paler the skin along them."""
-LIP_CREASE_PX, LIP_CREASE_DEPTH = (15, 1.9), 0.011
+LIP_CREASE_PX, LIP_CREASE_DEPTH = (18, 1.5), 0.026
 """Length and width of a crease on an atlas of 2048 px, and how deep it is."""
 LIP_NATURAL = {"female": 0.85, "male": 0.95}
 """How far painted lips give way to natural ones."""
@@ -51,6 +52,8 @@ at the corners, where it comes to an end in skin, not in a point."""
 CORNER_COLUMNS = np.r_[10:15, 24:29]
 CORNER_RED = 0.8
 """Columns of the lips that end at the corners of the mouth, and the red of their border."""
+MOUTH_END_MM, MOUTH_END = 2.6, 0.5
+"""How far round its corners a mouth lies in its own shade, and how much of the light that keeps."""
 CORNER_MM = 11.0
 """How far from the corners of the mouth skin is evened."""
 NOSE_BASE, NOSE_WINGS = (0, -50, 18, 16), (16, -41, 7, 9)
@@ -167,8 +170,9 @@ class Masks:
         self.forehead = canvas.spread(forehead, size).clip(0, 1)
         self.millimetres = np.stack([canvas.spread(at[:, k], size) for k in range(3)], -1)
         self.caruncle, self.nostril = self._pair(*CARUNCLE_MM), self._pair(*NOSTRIL_MM)
+        self.mouth_end = self._pair(ends[ends[:, 0].argmax()], MOUTH_END_MM)
 
-    def _pair(self, middle: tuple[float, float, float], half: float) -> np.ndarray:
+    def _pair(self, middle: Sequence[float] | np.ndarray, half: float) -> np.ndarray:
         """Soft discs round a place, mm, and round that on the other side."""
         x, y, z = np.moveaxis(self.millimetres, -1, 0)
         away = np.linalg.norm(np.stack([np.abs(x), y, z], -1) - middle, axis=-1)
@@ -456,13 +460,13 @@ def _cells(at: np.ndarray, pitch: float) -> tuple[np.ndarray, np.ndarray]:
 def roughness(masks: Masks, size: int) -> np.ndarray:
     """(size, size, 3): red occlusion, green roughness."""
     pits = np.minimum(noise(2, size, 1.0) + 0.6, 0)
-    rough = 0.50 - 0.11 * masks.t_zone - 0.13 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
+    rough = 0.50 - 0.11 * masks.t_zone - 0.17 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
     rough += 0.16 * masks.lid - 0.28 * np.maximum(masks.rim * (1 - masks.lip), masks.caruncle)
     rough += 0.3 * masks.nostril
     shade = np.maximum(
         0.35 + 0.65 * masks.open, np.maximum(LID_OPEN * masks.lid, 0.92 * masks.orbit)
     )
-    shade *= 1 - 0.7 * masks.nostril
+    shade *= (1 - 0.7 * masks.nostril) * (1 - MOUTH_END * masks.mouth_end)
     return np.stack([shade, rough.clip(0.25, 0.85), 0 * rough], -1)
 
 

@@ -49,7 +49,7 @@ class Finish:
 
 FINISHES = {
     "skin": Finish(0.55, 0.45, relief=0.6),
-    "lips": Finish(0.38, 0.8),
+    "lips": Finish(0.38, 0.8, kept=(0.94, 0.98, 1.0)),
     "mouth": Finish(0.5, 0.15, both_sides=True),
     "teeth": Finish(0.25, 0.35, kept=(0.80, 0.755, 0.665)),
     "gums": Finish(0.35, 0.25),

@@ -49,7 +49,7 @@ class Finish:
 
 FINISHES: dict[str, Finish] = {
     "skin": Finish(0.028, 0.50, 1.0, 1.0, 0.0, 0.0),
-    "lips": Finish(0.032, 0.36, 0.9, 1.0, 0.0, 0.0),
+    "lips": Finish(0.038, 0.36, 0.9, 1.0, 0.0, 0.0),
     "mouth": Finish(0.010, 0.75, 0.5, 0.35, 0.0, 0.0),
     "teeth": Finish(0.035, 0.30, 0.3, 0.35, 0.0, 0.0),
     "gums": Finish(0.030, 0.35, 0.6, 0.4, 0.0, 0.0),
@@ -79,7 +79,7 @@ LID_ARCH = 0.45  # how far the upper lid's edge comes down towards the corners
 LID_WARMTH = (0.86, 1.06, 1.12)  # powers of a lid's shade: flesh round an eye reddens it
 COAT_REFLECTANCE = 0.04
 BOX_HALF, BOX_EDGE = (0.16, 0.19), (0.70, 1.15)  # a soft box in an eye: tangents; where it fades
-BOX_ROUND = 2.6  # power of its outline: 2 an ellipse, more a window with rounded corners
+BOX_ROUND = 2.1  # power of its outline: 2 an ellipse, more a window with rounded corners
 BOX_LOWER = 0.32  # of the height of its lamp: what stands higher is behind the lid
 BOX_RADIANCE = (17.0, 1.2)  # of key and fill
 SRGB = (0.662002687, 0.684122060, -0.323583601, -0.0225411470)  # of x^1/2, x^1/4, x^1/8, x
