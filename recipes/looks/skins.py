@@ -470,11 +470,11 @@ def roughness(masks: Masks, size: int) -> np.ndarray:
     return np.stack([shade, rough.clip(0.25, 0.85), 0 * rough], -1)
 
 
-PORE_SHADE, MOTTLE = 0.07, 0.014
+PORE_SHADE, MOTTLE = 0.10, 0.014
 """How much darker pores are; deviation of green, by which skin is redder here than there."""
 PITCH_MM, PORE_WIDTH = (0.95, 1.6), 0.26
 """Between pores, on the whole and beside the nose; their width by that."""
-PORES, GRAIN = (0.030, 0.052), (0.016, 0.021)
+PORES, GRAIN = (0.045, 0.075), (0.024, 0.030)
 """Depth of pores, and of the furrows between, on the whole and beside the nose."""
 NORMALS = {
     "young": ("young_lightskinned_female2", 0.5),
@@ -482,6 +482,8 @@ NORMALS = {
     "old": ("old_darkskinned_male", 1.3),
 }
 """Source of the relief and its depth."""
+STUBBLE_MM = 0.8
+"""Between hairs of a beard."""
 MAP_SIZE, LID_OPEN = 512, 0.76
 """Size of the map of roughness; how open to the light a shut lid is, under its brow."""
 
@@ -490,8 +492,8 @@ def marks(canvas: Canvas, masks: Masks) -> dict[str, np.ndarray]:
     """Grey pictures of what may be laid over a skin: how much of it there is, place by place."""
     rng = np.random.default_rng(7)
     size = SIZE
-    dots = blurred((rng.random((size, size)) > 0.975) * 1.0, 0.7)
-    dots = np.clip(dots / np.percentile(dots, 98), 0, 1) * (1 - masks.rayed)
+    dots, _ = _cells(masks.millimetres, STUBBLE_MM)
+    dots = np.clip(1.4 * dots, 0, 1) * (1 - masks.rayed)
     stubble = masks.beard.clip(0, 1) * (0.30 + 0.70 * dots)
     spots = blurred((rng.random((size, size)) > 0.9985) * 1.0, 2.0)
     spots += 0.5 * blurred((rng.random((size, size)) > 0.9975) * 1.0, 1.2)
