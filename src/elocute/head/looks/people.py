@@ -52,7 +52,7 @@ PEOPLE = {
         clothes_colour="rust",
     ),
     "feng": Look(
-        age=61, sex=1.0, tone=0.34, stubble=0.15, lashes=0.4, eyes="brownlight", brows="straight",
+        age=61, sex=1.0, tone=0.34, stubble=0.15, lashes=0.4, eyes="brownlight", brows="natural",
         hair="slick", hair_colour="black",
         clothes="collar", clothes_colour="blue",
     ),
