@@ -474,7 +474,7 @@ PORE_SHADE, MOTTLE = 0.10, 0.014
 """How much darker pores are; deviation of green, by which skin is redder here than there."""
 PITCH_MM, PORE_WIDTH = (0.95, 1.6), 0.26
 """Between pores, on the whole and beside the nose; their width by that."""
-PORES, GRAIN = (0.045, 0.075), (0.024, 0.030)
+PORES, GRAIN = (0.038, 0.070), (0.022, 0.030)
 """Depth of pores, and of the furrows between, on the whole and beside the nose."""
 NORMALS = {
     "young": ("young_lightskinned_female2", 0.5),

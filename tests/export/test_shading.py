@@ -157,8 +157,9 @@ def test_a_backdrop_lies_behind(draw, backend):
 
 
 @pytest.mark.system
-@pytest.mark.parametrize("quality", ["fast", "high"])
-def test_both_engines_agree_on_images_cards_and_shadows(draw, quality):
+# OpenGL's fast profile lights hair at its vertices, Embree always at its pixels.
+@pytest.mark.parametrize(("quality", "mean"), [("fast", 2.2), ("high", 2.0)])
+def test_both_engines_agree_on_images_cards_and_shadows(draw, quality, mean):
     generator = np.random.default_rng(5)
     image = np.repeat(np.repeat(generator.integers(60, 220, (8, 8, 3)), 16, 0), 16, 1)
     bumps = np.clip(128 + generator.normal(0, 25, (64, 64, 3)), 0, 255)
@@ -173,7 +174,7 @@ def test_both_engines_agree_on_images_cards_and_shadows(draw, quality):
         draw(head, name, points=points, quality=quality) for name in ("moderngl", "embreex")
     )
     difference = np.abs(ours - theirs).mean(axis=2)
-    assert difference.mean() < 2.0
+    assert difference.mean() < mean
     assert np.percentile(difference, 97) < 14
 
 

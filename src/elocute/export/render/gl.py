@@ -182,8 +182,9 @@ class GlRenderer:
         return texture
 
     def _drawing(self, part: Part, *, fringe: bool = False) -> Any:
-        source = gl_shaders.surface(part, self._stage.rig, fringe=fringe)
-        return self.array(self.program(gl_shaders.vertex(part), source), part)
+        rig, glows = self._stage.rig, part.rounded and self._stage.profile.hair_at_vertices
+        source = gl_shaders.surface(part, rig, glows, fringe=fringe)
+        return self.array(self.program(gl_shaders.vertex(part, rig, glows), source), part)
 
     def frame(self, points: NDArray[np.float32]) -> NDArray[np.uint8]:
         """(height, width, 3 or 4) picture of vertices (vertex, 3) m."""

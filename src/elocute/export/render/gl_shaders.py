@@ -16,6 +16,7 @@ out vec3 place; out vec3 smooth_normal; out vec2 at; out vec4 paint;
 out vec3 from_key; out vec3 along;
 ZONES
 OPENNESS
+GLOW
 void main() {
     SET_CREASE
     SET_OPEN
@@ -23,6 +24,7 @@ void main() {
     place = position; smooth_normal = normal; at = texcoord; paint = vec4(color, occlusion);
     along = strand;
     from_key = (key_view * vec4(position, 1.0)).xyz;
+    SET_GLOW
 }
 """
 _ZONES = """
@@ -37,6 +39,21 @@ _CREASE = """
 _OPENING = """
 uniform vec4 opening[3];
 out float open;
+"""
+# Nothing is known here of neighbours: what asks how places differ from theirs is not called.
+_GLOW = """
+uniform vec3 eye; uniform sampler2D shadow_map;
+out vec3 glow;
+#define dFdx(value) (value)
+#define dFdy(value) (value)
+SHADING
+"""
+_SET_GLOW = """
+    vec3 upright = normalize(normal);
+    float open_to = open_to_key(textureLod(shadow_map, from_key.xy * 0.5 + 0.5, 0.0).xy,
+        from_key.z - SHADOW_BIAS);
+    glow = lit(Point(color * TINT, upright, upright, normalize(eye - position), STRAND, occlusion,
+        clamp(ROUGHNESS, 0.05, 1.0), open_to), FINISH);
 """
 _HEIGHT = """
 in vec2 crease;
@@ -119,6 +136,19 @@ void main() {
     pixel = vec4(shown(lit(p, FINISH), exposure) * alpha, alpha);
 }
 """
+# Of a part that was lit at its vertices.
+_GLOWING = """#version 330
+uniform vec3 eye; uniform float exposure; uniform sampler2D color_map;
+in vec3 place; in vec2 at; in vec3 glow;
+out vec4 pixel;
+SHADING
+void main() {
+    vec4 texel = texture(color_map, at);
+    CUT
+    float alpha = ALPHA;
+    pixel = vec4(shown(glow * texel.rgb, exposure) * alpha, alpha);
+}
+"""
 _DEPTHS = """#version 330
 uniform sampler2D color_map;
 in vec2 at; in float depth;
@@ -136,20 +166,22 @@ void main() {
 """
 
 
-def vertex(part: Part) -> str:
+def vertex(part: Part, rig: Rig, glows: bool) -> str:
     """The vertices of a part; those of a surface with folds know how strong they are, those in the
-    mouth how open to the room."""
+    mouth how open to the room, those of one that glows how much light they send to the eye."""
     folds, inside = part.folds is not None, part.inside
     parts = {
+        "SET_GLOW": _SET_GLOW if glows else "",
+        "GLOW": _GLOW if glows else "",
         "ZONES": _ZONES if folds else "",
         "SET_CREASE": _CREASE if folds else "",
         "OPENNESS": shading.OPENNESS_GLSL + _OPENING if inside else "",
         "SET_OPEN": "open = openness(opening, position);" if inside else "",
     }
-    return _filled(_VERTEX, parts)
+    return _filled(_VERTEX, parts | _of_finish(part, rig))
 
 
-def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
+def surface(part: Part, rig: Rig, glows: bool, *, fringe: bool = False) -> str:
     """The fragments of a part: what of it is solid, or the fringe laid over what lies behind."""
     given = part.surface
     cut, alpha = "", "1.0"
@@ -168,10 +200,8 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
         " p.occlusion = min(p.occlusion, rough.r); p.roughness *= rough.g;"
     )
     parts = {
-        "SHADING": shading.glsl(rig),
         "TEXEL": "vec4(1.0)" if part.color is None else f"texture(color_map, {where})",
         "CUT": cut,
-        "TINT": "vec3(" + ", ".join(f"{value:f}" for value in given.tint) + ")",
         "FACING": "(gl_FrontFacing ? 1.0 : -1.0)" if part.turns else "1.0",
         "OPEN": "in float open;" if part.inside else "",
         "ENCLOSE": "enclosed(p, open);" if part.inside else "",
@@ -181,14 +211,22 @@ def surface(part: Part, rig: Rig, *, fringe: bool = False) -> str:
         "NORMAL": bumped if part.normal or part.folds else "p.blunt",
         "FINER": f"{given.fold_lines:f}",
         "FOLD_STEP": f"{shading.FOLD_STEP:.9f}",
-        "STRAND": "normalize(along)" if part.finish.strand else "vec3(0.0)",
-        "ROUGHNESS": f"{part.rough:f}",
         "ROUGH": "" if part.roughness is None else rough,
-        "SHADOW_BIAS": f"{shading.SHADOW_BIAS:f}",
-        "FINISH": shading.finish_glsl(part.finish),
         "ALPHA": alpha,
     }
-    return _filled(_SURFACE, parts)
+    return _filled(_GLOWING if glows else _SURFACE, _of_finish(part, rig) | parts)
+
+
+def _of_finish(part: Part, rig: Rig) -> dict[str, str]:
+    """What says how light meets a part, at its vertices or in its fragments."""
+    return {
+        "SHADING": shading.glsl(rig),
+        "TINT": "vec3(" + ", ".join(f"{value:f}" for value in part.surface.tint) + ")",
+        "STRAND": "normalize(along)" if part.finish.strand else "vec3(0.0)",
+        "ROUGHNESS": f"{part.rough:f}",
+        "SHADOW_BIAS": f"{shading.SHADOW_BIAS:f}",
+        "FINISH": shading.finish_glsl(part.finish),
+    }
 
 
 def cover(part: Part, rig: Rig) -> str:

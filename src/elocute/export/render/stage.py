@@ -28,6 +28,8 @@ class Profile:
         Samples of an image on what is seen aslant.
     blended_levels : bool
         Whether images are blended between two of their levels.
+    hair_at_vertices : bool
+        Whether hair is lit at its vertices, not pixel by pixel: its ribbons lie many deep.
     """
 
     oversampling: float
@@ -35,9 +37,13 @@ class Profile:
     image_side: int
     anisotropy: float
     blended_levels: bool
+    hair_at_vertices: bool
 
 
-PROFILES = {"fast": Profile(1.0, 192, 1024, 1.0, False), "high": Profile(2.0, 512, 4096, 8.0, True)}
+PROFILES = {
+    "fast": Profile(1.0, 192, 1024, 1.0, False, True),
+    "high": Profile(2.0, 512, 4096, 8.0, True, False),
+}
 
 
 @dataclass(frozen=True)
