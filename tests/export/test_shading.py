@@ -85,10 +85,10 @@ def test_an_image_shows_where_it_belongs(draw, backend):
     assert right[2] > left[2] + 60
 
 
-def card(alpha):
+def card(alpha, color=(0, 255, 0)):
     """A surface whose right half has an alpha, its left none."""
     image = np.zeros((64, 64, 4))
-    image[..., 1] = 255
+    image[..., :3] = color
     image[:, 32:, 3] = alpha
     return picture(image)
 
@@ -157,15 +157,15 @@ def test_a_backdrop_lies_behind(draw, backend):
 
 
 @pytest.mark.system
-# OpenGL's fast profile lights hair at its vertices, Embree always at its pixels.
-@pytest.mark.parametrize(("quality", "mean"), [("fast", 2.2), ("high", 2.0)])
-def test_both_engines_agree_on_images_cards_and_shadows(draw, quality, mean):
+@pytest.mark.parametrize("quality", ["fast", "high"])
+def test_both_engines_agree_on_images_cards_and_shadows(draw, quality):
     generator = np.random.default_rng(5)
     image = np.repeat(np.repeat(generator.integers(60, 220, (8, 8, 3)), 16, 0), 16, 1)
     bumps = np.clip(128 + generator.normal(0, 25, (64, 64, 3)), 0, 255)
     bumps[..., 2] = 240
     skin = Surface(color=picture(image), normal=picture(bumps), roughness_factor=0.5)
-    hair = Surface(color=card(255), opacity="blend", both_sides=True)
+    # OpenGL's fast profile lights hair at its vertices: what it mirrors takes its image's colour.
+    hair = Surface(color=card(255, (200, 190, 180)), opacity="blend", both_sides=True)
     head = sheets([0.0, 0.02], [skin, hair], ["skin", "hair"])
     points = head.template.copy()
     points[:625, 2] += 0.02 * np.cos(points[:625, 0] * 40)
@@ -174,7 +174,7 @@ def test_both_engines_agree_on_images_cards_and_shadows(draw, quality, mean):
         draw(head, name, points=points, quality=quality) for name in ("moderngl", "embreex")
     )
     difference = np.abs(ours - theirs).mean(axis=2)
-    assert difference.mean() < mean
+    assert difference.mean() < 2.0
     assert np.percentile(difference, 97) < 14
 
 
