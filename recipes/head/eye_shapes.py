@@ -24,6 +24,8 @@ LOWER_LID = 1.08
 """Of MakeHuman's raised lower lid in a squint."""
 SQUINT = (Pull((29, -16), (0, 1.4, 0.9), (14, 6)), Pull((47, -1), (-1.5, 0, 0.4), (8, 8)))
 """What a squint does below and beside the lids."""
+BROW = (Pull((50, 25), (0.6, 3.0, -1.0), (16, 13)),)
+"""What a brow that rises outwards has beside MakeHuman's, which peaks and leaves its end behind."""
 SNEER = (
     Pull((15.5, -41), (1.6, 3.4, 0.8), (7, 8)),
     Pull((12, -55), (0.6, 4.3, 1.2), (9, 7)),
@@ -33,11 +35,11 @@ SNEER = (
     Fold(((15.5, -37), (20, -44), (25, -53)), 1.5, 1.5),
 )
 """The wing of the nose and the upper lip rise, the bridge and the cheek bunch."""
-BLOWN_MM, BLOWN_AT, BLOWN_REACH = 12.5, (44, -51, 1), (18, 17, 24)
-"""How far air blows a cheek out, and where, between the corner of the mouth and the cheekbone: as
-the place of a `Pull` and, third, mm before the eyes."""
-BLOWN_FROM = (18, -56, -26)
-"""From where air pushes."""
+BLOWN_MM, BLOWN_AT, BLOWN_HALF = 13.5, (44, -54, 0), (35, 38, 42)
+"""How far air blows a cheek out; the ball's middle, as the place of a `Pull` and, third, mm before
+the eyes; how far from there it ends: at the cheekbone, the corner of the mouth and the jaw."""
+BLOWN_FROM, BLOWN_DOME = (14, -57, -30), 1.8
+"""From where air pushes, and how softly the ball rises from its edge."""
 FILLED = (
     Pull((15, -50), (0.6, 0.6, 2.6), (12, 7)),
     Pull((16, -83), (0.4, 0.0, 2.2), (13, 7)),
@@ -52,8 +54,8 @@ NOSE_UP = 0.4
 
 def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     shapes: dict[str, np.ndarray] = {}
-    cheek, squint, sneer = (
-        both_sides(face, pulled(face, *parts)) for parts in (CHEEK, SQUINT, SNEER)
+    cheek, squint, sneer, brow = (
+        both_sides(face, pulled(face, *parts)) for parts in (CHEEK, SQUINT, SNEER, BROW)
     )
     for side in ("Left", "Right"):
         low = side.lower()
@@ -63,7 +65,7 @@ def eye_and_brow_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
         outer = face.expression(f"eyebrows-{low}-extern-up")
         skin = {
             "browDown": 1.05 * face.expression(f"eyebrows-{low}-down") - arch - 0.35 * outer,
-            "browOuterUp": 0.75 * outer + 1.15 * arch,
+            "browOuterUp": 0.50 * outer + 0.60 * arch + brow[side],
             "eyeBlink": SHUT * (face.expression(f"eye-{low}-closure") - EYES_OPEN * wide),
             "eyeWide": WIDE * wide,
             "eyeSquint": LOWER_LID * face.pose_unit(f"{side}LowerLidUp") + squint[side],
@@ -93,7 +95,8 @@ def _blown(face: NeutralFace) -> np.ndarray:
     place[:, 0] = np.abs(place[:, 0])
     outwards = place - BLOWN_FROM
     outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
-    share = np.exp(-(((place - BLOWN_AT) / BLOWN_REACH) ** 2).sum(1))[:, None]
+    away = (((place - BLOWN_AT) / BLOWN_HALF) ** 2).sum(1)
+    share = np.clip(1 - away, 0, 1)[:, None] ** BLOWN_DOME
     ball = BLOWN_MM / 1000 * share * outwards * np.hstack([side, np.ones((len(side), 2))])
     filled = both_sides(face, pulled(face, *FILLED))
     return ball + filled["Left"] + filled["Right"]

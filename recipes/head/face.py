@@ -16,7 +16,7 @@ from recipes.head.makehuman import MakeHuman
 from recipes.head.population import RACES, Traits, body
 from recipes.head.pose import PoseUnits
 from recipes.head.tongue import resting
-from recipes.head.topology import SmoothSpread, mirrored, symmetrised
+from recipes.head.topology import SmoothSpread, adjacency, mirrored, symmetrised
 
 SOFTENING = (
     ("mouth/mouth-angles-up", 0.44),
@@ -134,6 +134,14 @@ class NeutralFace:
     def off_the_lips(self, displacement: np.ndarray) -> np.ndarray:
         """The same skin displacement fading out towards the lips, which stay."""
         return displacement - self.lips.field(displacement[self.lips.rings])
+
+    def softened(self, displacement: np.ndarray, rounds: int) -> np.ndarray:
+        """The same skin displacement without steps: evened out between neighbours."""
+        links = adjacency(self.anatomy.skin_quads, self.anatomy.skin_count)
+        degree = np.asarray(links.sum(1))
+        for _ in range(rounds):
+            displacement = (displacement + links @ displacement / degree) / 2
+        return displacement
 
     def halves(self, displacement: np.ndarray, blend_m: float = 0.0045) -> dict[str, np.ndarray]:
         """Left and right part of a skin displacement, blended across the middle."""

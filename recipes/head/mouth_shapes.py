@@ -46,6 +46,12 @@ TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
 CORNERS_FALL_M, CORNERS_IN_M = 0.0052, 0.0045
 """How far the corners fall with a wide open jaw, besides what its bone draws them, and how far they
 come in: a mouth opens round."""
+STRETCHED_CHEEK = (
+    Pull((42, -51), (-4.6, -5.0, -3.4), (15, 18)),
+    Pull((58, -64), (-2.0, -6.0, 0.0), (14, 16)),
+)
+"""What a wide open jaw does to the cheek: it is drawn long and falls in between cheekbone and jaw,
+and the flesh over the jaw's corner comes down with it."""
 BELOW_M, BESIDE_M = 0.008, 0.016
 """Depth under the line of the lips from which what pulls the lower lip down is whole, and the
 distance beside the corners from which it is nothing."""
@@ -56,10 +62,12 @@ LIFTED = (
     Pull((51, -25), (-0.5, 3.0, 1.2), (11, 11)),
     Pull((44, -40), (1.4, 3.8, 2.4), (12, 13)),
     Pull((43, -69), (0.8, 2.0, -1.4), (9, 11)),
+    Pull((34, -48), (-1.2, -0.6, 0.6), (8, 9)),
     Fold(((17, -40), (22, -47), (29, -55), (35, -64)), 1.2, 2.2, 3.8),
 )
 """What a smile does beside the mouth: the cheek's apple rises and bunches below the eye, the cheek
-under it and beside the corner follows the corner, and a fold runs from the nose's wing round it."""
+under it and beside the corner follows the corner, and a fold runs from the nose's wing round it,
+over which the cheek bunches."""
 LID_RAISED = 0.36
 """Of MakeHuman's raised lower lid in a smile."""
 STRETCHED = (
@@ -68,11 +76,19 @@ STRETCHED = (
 )
 DIMPLED = (Fold(((31, -56), (34, -64), (32, -72)), 1.5, 1.2, 4.0),)
 """What a stretched and a dimpled mouth do beside the corners."""
+FROWN_CORNER_M = np.array([0.0006, -0.0062, -0.0014])
+FROWN_MIDDLE_M, FROWN_ARC = np.array([0, 0.0018, 0.0004]), 1.8
+"""Where a frown draws the corners and the middle of the mouth, and the power of the way to the
+corner by which the lips bend."""
+FROWN_FULL_M = np.array([0, -0.00045, 0.0009])
+"""How far the red of the lower lip is pushed down and out."""
 FROWNED = (
-    Fold(((28, -67), (31, -77), (29, -87)), 1.1, 1.0),
-    Pull((9, -89), (0, 1.6, 1.6), (9, 8)),
+    Fold(((29, -69), (31, -79), (28, -90)), 1.4, 1.3, 3.4),
+    Pull((34, -72), (0.4, -2.2, 0.6), (10, 12)),
+    Pull((0, -88), (0, 2.2, 1.6), (14, 9)),
 )
-"""What a frown does beside the mouth: the fold down from the corner, and the chin bunches."""
+"""What a frown does beside the mouth: a soft fold down from the corner, the cheek over it sags, and
+the chin lifts the lip."""
 UPPER_UP_M, UPPER_BACK_M, UPPER_ARC = 0.0067, 0.0012, 2.0
 """How far the middle of the upper lip's edge rises, how far its border goes back with it, and the
 power of the way to the corner by which both are less."""
@@ -85,6 +101,15 @@ deepens."""
 PRESSED_CHIN = (Pull((0, -90), (0, 2.0, 1.0), (15, 9)),)
 SMILE_ARC_M = 0.0013
 """How far lips lie under the straight line from the middle to a corner of a smile."""
+SMILE_ARC, SMILE_RISE, SMILE_THIN = 2.0, 1.1, (0, 0.15, 0.3)
+"""Near the corners of a smile: the power of the way to the corner by which the lips bend, how high
+the corner rises, of MakeHuman's, and shares of their height and depth that lips lose."""
+SMILE_OWN, SMILE_BENT = 0.25, 0.8
+"""Shares of the way to a corner up to which lips smile as MakeHuman's, and from which so."""
+SMILE_EVENINGS = 3
+"""How often the skin of a smile is evened out: MakeHuman's has a ridge beside the corners."""
+EVEN = 0.7
+"""Share of the bow of resting lips that evenly bent ones lose: it would be an angle in an arc."""
 THINNER = {"mouthSmile": 0.15, "mouthStretch": 0.25, "mouthDimple": 0.18}
 """Share of their height that lips lose while corners are drawn apart."""
 SHRUG_FORWARD_M = 0.0022
@@ -127,7 +152,8 @@ def _jaw_open(face: NeutralFace) -> np.ndarray:
     back = (along(face.vertices[where]) - TONGUE_SINKS_AT[0]) / TONGUE_SINKS_AT[1]
     moved[where, 1] -= TONGUE_SINKS_M * np.exp(-(back**2))
     rounded = _opened_round(face.lips, (face.vertices + moved)[face.skin_slice])
-    return moved + face.of_skin(face.lips.field(rounded))
+    cheeks = face.off_the_lips(_beside(face, *STRETCHED_CHEEK))
+    return moved + face.of_skin(face.lips.field(rounded) + cheeks)
 
 
 def _opened_round(lips: Lips, opened: np.ndarray) -> np.ndarray:
@@ -173,6 +199,50 @@ def _curved(face: NeutralFace) -> np.ndarray:
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
     moves[:, :, 1] = -SMILE_ARC_M * 4 * across * (1 - across)
     return face.lips.field(moves)
+
+
+def _bent(lips: Lips, corner: np.ndarray, middle: np.ndarray, power: float) -> np.ndarray:
+    """(column, 3) m: how both lips go if their middle and left corner go there and they bend
+    evenly between."""
+    across = np.abs(lips.across)
+    share = np.stack([across, across**power, across**2], 1)
+    bent = middle + share * (corner - middle)
+    bent[:, 0] *= np.sign(lips.across)
+    line = lips.rest[lips.rings[CONTACT_RING], 1]
+    arc = line[LOWER_MIDDLE] + share[:, 1] * (line[CORNERS[0]] - line[LOWER_MIDDLE])
+    bent[:, 1] -= EVEN * (line - arc)
+    return bent
+
+
+def _frowning_lips(face: NeutralFace) -> np.ndarray:
+    """Corners fall in an arc, the lower lip is pushed out."""
+    lips = face.lips
+    bent = _bent(lips, FROWN_CORNER_M, FROWN_MIDDLE_M, FROWN_ARC)
+    moves = np.repeat(bent[None], RING_COUNT, axis=0)
+    lower = np.arange(CORNERS[0] + 1, CORNERS[1])
+    red = np.sin(np.pi * np.arange(CONTACT_RING + 1) / CONTACT_RING)[:, None]
+    full = red * (1 - lips.across[lower] ** 2)
+    moves[: CONTACT_RING + 1, lower] += full[..., None] * FROWN_FULL_M
+    moves[CONTACT_RING:] *= FOLLOW[CONTACT_RING:, None, None]
+    return lips.field(moves)
+
+
+def _evened_smile(face: NeutralFace, smile: np.ndarray) -> np.ndarray:
+    """A smile whose skin has no steps, and whose lips bend evenly and keep their red up to the
+    corners: MakeHuman's end in long points."""
+    lips = face.lips
+    own, soft = smile[lips.rings], face.softened(smile, SMILE_EVENINGS)
+    contact = own[CONTACT_RING]
+    right, left = contact[CORNERS[1]], contact[CORNERS[0]]
+    corner = (left + right * [-1, 1, 1]) / 2 * [1, SMILE_RISE, 1]
+    middle = (contact[0] + contact[LOWER_MIDDLE]) / 2 * [0, 1, 1]
+    bent = _bent(lips, corner, middle, SMILE_ARC)
+    offset = face.skin[lips.rings] - face.skin[lips.rings[CONTACT_RING]]
+    wanted = bent - offset * SMILE_THIN
+    wanted[CONTACT_RING + 1 :] = bent * FOLLOW[CONTACT_RING + 1 :, None, None]
+    way = (np.abs(lips.across) - SMILE_OWN) / (SMILE_BENT - SMILE_OWN)
+    share = smoothstep(np.clip(way, 0, 1))[:, None]
+    return soft + lips.field(own + share * (wanted - own) - soft[lips.rings])
 
 
 def _flattened(face: NeutralFace, share: float) -> np.ndarray:
@@ -223,9 +293,9 @@ def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
     thin = {name: _flattened(face, share) for name, share in THINNER.items()}
     dimpled = face.expression("mouth-compression") * [0.6, 0.3, 0.6] + apart * [0.55, 0.1, 0.6]
     sources = {
-        "mouthSmile": face.resealed(smile + thin["mouthSmile"] + _curved(face))
+        "mouthSmile": face.resealed(_evened_smile(face, smile + thin["mouthSmile"] + _curved(face)))
         + _smiling_cheeks(face),
-        "mouthFrown": face.resealed(1.12 * face.expression("mouth-depression"))
+        "mouthFrown": face.resealed(_frowning_lips(face))
         + face.off_the_lips(_beside(face, *FROWNED)),
         "mouthStretch": face.resealed(apart * [1.5, 0.1, 0.9] + thin["mouthStretch"])
         + face.off_the_lips(_beside(face, *STRETCHED)),

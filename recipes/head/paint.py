@@ -26,7 +26,9 @@ TOOTH, TOOTH_ROOT = (0.875, 0.845, 0.78), (0.76, 0.665, 0.555)
 BITING, BITING_FROM = (0.775, 0.765, 0.735), 0.80
 """The edge of an incisor lets light through, from this share of its height."""
 GAP, GAP_SHARE = (0.42, 0.26, 0.19), 0.70
-DEEP_TOOTH, DEEP_SHARE, DEEP_M = (0.52, 0.32, 0.26), 0.85, 0.026
+IVORY = {"upper": np.ones(3), "lower": np.array([1.0, 0.985, 0.955])}
+"""What lower teeth, in shade and lit by the sky alone, need beside it so as not to look grey."""
+DEEP_TOOTH, DEEP_SHARE, DEEP_M = (0.60, 0.41, 0.34), 0.85, 0.026
 GUM, TONGUE, TONGUE_ROOT = (0.72, 0.42, 0.41), (0.74, 0.43, 0.42), (0.46, 0.20, 0.20)
 TONGUE_COAT = (0.78, 0.58, 0.55)
 TONGUE_TIP_M, TONGUE_DEEP_M = 0.020, 0.056
@@ -51,7 +53,7 @@ def vertex_colours(face: NeutralFace) -> np.ndarray:
         part = face.assembly.jaws[f"teeth_{jaw}"]
         tooth = mix(np.tile(TOOTH_ROOT, (len(part.shade), 1)), TOOTH, part.shade * 1.35)
         tooth = mix(tooth, BITING, (part.shade - BITING_FROM) / (1 - BITING_FROM))
-        tooth = mix(tooth, GAP, GAP_SHARE * part.gap) * part.tone
+        tooth = mix(tooth, GAP, GAP_SHARE * part.gap) * part.tone * IVORY[jaw]
         z = face.vertices[slices[f"teeth_{jaw}"], 2]
         # A red mouth colours its back teeth.
         back = DEEP_SHARE * np.clip((z.max() - z - 0.004) / DEEP_M, 0, 1)

@@ -12,10 +12,10 @@ REACH_M = 0.12
 BOUNCE = 0.13  # red flesh lights the backs of the teeth: black ones look like holes
 EAR, EAR_OPEN = 0.10, 1.2  # folds of an ear are small and read by their shade alone
 # And the mouth itself: dark red from the side, no black gap; how deep it lies where it is darkest.
-LINING, THROAT, TONGUE, LINING_M = 0.58, 0.26, 0.22, 0.052
+LINING, THROAT, TONGUE, LINING_M = 0.64, 0.26, 0.22, 0.052
 CORNER_FROM, CORNER = 0.78, 0.35  # from where to a corner the line of the lips fades, and how much
 FOLD_M, FOLD = 0.006, 0.20  # the soft fold that it ends in: how far round it is shade, how much
-BACK_TEETH = {"upper": 0.30, "lower": 0.14}  # what light reaches the last of them
+BACK_TEETH = {"upper": 0.30, "lower": 0.26}  # what light reaches the last of them
 LIP_SHADE = 0.66  # what lips leave of the light on the teeth at the gum
 
 
@@ -63,7 +63,7 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     light[inside] = np.clip(LINING + (1 - LINING) * deep[inside], 0, 1)
     lining = face.anatomy.inner_mouth
     behind = np.clip((front - face.vertices[lining, 2]) / LINING_M, 0, 1)
-    light[lining] = LINING + (THROAT - LINING) * behind**0.8
+    light[lining] = LINING + (THROAT - LINING) * behind**1.1
     # The inner side of the lips: lamps behind the head would else light the far one from within.
     near_lips = face.lips.rings[[5, 6, 7, 8, 9]]
     near = np.clip((np.abs(face.lips.across) - CORNER_FROM) / (1 - CORNER_FROM), 0, 1)
@@ -80,7 +80,7 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     forward = (tongue[:, 2] - tongue[:, 2].min()) / np.ptp(tongue[:, 2])
     groove = np.clip(np.abs(tongue[:, 0]) / 0.004, 0, 1)  # a shallow fold along the middle
     light[slices["tongue"]] = TONGUE + 0.55 * forward**2.2 * (0.70 + 0.30 * groove)
-    for jaw, brightest in (("upper", 0.86), ("lower", 0.74)):
+    for jaw, brightest in (("upper", 0.86), ("lower", 0.82)):
         teeth = slices[f"teeth_{jaw}"]
         from_gum = np.clip(2 * face.assembly.jaws[f"teeth_{jaw}"].shade, 0, 1)
         near_gum = LIP_SHADE + (1 - LIP_SHADE) * from_gum
