@@ -21,6 +21,10 @@ BELOW_MM, ABOVE_MM, ASIDE_MM = (34.0, -14.0), (-190.0, -110.0), (35.0, 50.0)
 """Heights over the eyes, and distances from the middle, between which they do."""
 OFF_MM, WITHIN_MM = 5.0, 30.0
 """They stay so far off the skin; what lies deeper in it than the second is on its other side."""
+TEMPLE_OFF_MM, TEMPLE_MM, BEFORE_MM = 2.0, (64.0, 54.0), (-110.0, -90.0)
+"""What lies on the corners of the forehead keeps so far off them, below those heights over the eyes
+and before those distances behind the tip of the nose: else it comes out of the skin at the temple,
+as if it were cut off there."""
 SMOOTHED, TIMES = 0.5, 12
 """How far each pair of a ribbon comes to the middle of its neighbours at a time: what is led round
 cheeks, ears and shoulders one after the other would else be bent like wire."""
@@ -40,13 +44,23 @@ def beside_face(scalp: Scalp, cards: Cards, shapes: np.ndarray) -> Cards:
     moved[:, 2] = AHEAD_MM * share
     points = cards.points + moved / 1000
     along = _along(cards)
+    off_mm = np.where(share > 0.02, OFF_MM, 0)
+    off_mm = np.maximum(off_mm, TEMPLE_OFF_MM * ramp(height, *TEMPLE_MM) * ramp(depth, *BEFORE_MM))
+    off_mm[_begins(cards)] = 0
     for _ in range(TIMES):
         points = points + SMOOTHED * share[:, None] * (along @ points - points)
         foot, normal = scalp.skin.nearest(points)
         above = 1000 * ((points - foot) * normal).sum(1)
-        within = (share > 0.02) & (above < OFF_MM) & (above > -WITHIN_MM)
-        points = points + normal * np.where(within, OFF_MM - above, 0)[:, None] / 1000
+        within = (off_mm > 0) & (above < off_mm) & (above > -WITHIN_MM)
+        points = points + normal * np.where(within, off_mm - above, 0)[:, None] / 1000
     return _hung_on(scalp, replace(cards, points=points), np.sqrt(foremost), shapes)
+
+
+def _begins(cards: Cards) -> np.ndarray:
+    """(vertex,) where ribbons begin, in the skin."""
+    begins = np.ones(len(cards.points), bool)
+    begins[cards.quads[:, [3, 2]]] = False
+    return begins
 
 
 def _along(cards: Cards) -> sp.csr_matrix:

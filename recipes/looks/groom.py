@@ -51,13 +51,16 @@ HELD = 0.5
 ROOT_NARROW, ROOT_WIDTH, POINTED = 0.20, 0.40, 0.12
 """Share of its length over which a ribbon comes to its width, and the share of it that it begins
 with; long ones begin in a point, else one sees where they are cut."""
+PARTING_NARROW_M, PARTING_RISE = 0.009, 0.65
+"""The same where hair is parted, in metres, and how much sooner it comes up there: it would be bald
+for centimetres, or lie under the shell."""
 ROLL = 0.22
 """How far ribbons roll about their middle line, radians."""
 CLING = 0.5
 """How fast strands come down to the height that they should lie at."""
 OFF_SKIN_M = 0.004
 """How far they stay off neck and ears."""
-TIP_FALLS, TIP_M, TIPS_BELOW_MM, STUB = 0.80, 0.11, -50.0, 0.45
+TIP_FALLS, TIP_M, TIPS_BELOW_MM, STUB = 0.90, 0.11, -50.0, 0.45
 """Ribbons end where their tips, of the second length and below the third height over the eyes, fall
 by less of their way; those of which no more than the last share is left are left out."""
 HEAVY_M = 0.10
@@ -93,10 +96,11 @@ FOREHEAD_MM, FOREHEAD_DEEP_MM = (54.0, 34.0), (7.0, 40.0)
 """A fringe grows this far aside at most, this high over the eyes, and between these depths."""
 HAIRLINE_DEEP_MM = 17.0
 """How deep fine hair is laid over the hairline."""
-PATCH_MM, PATCHY = 13.0, 0.10
+PATCH_MM, PATCHY = 10.0, 0.14
 """How large patches of lighter and darker hair are, and how much those differ in brightness."""
-UNEVEN, SHORT_UNEVEN = 0.70, 0.84
-"""Least brightness of one ribbon beside another; short ones that differ more look like scales."""
+UNEVEN = 0.84
+"""Least brightness of one ribbon beside another: those that differ more look like scales, or, long,
+like stripes."""
 OfPlaces = Callable[[Places], np.ndarray]
 
 
@@ -136,8 +140,8 @@ class Layer:
 
 
 LAYERS = (
-    Layer(0.0102, 0.0150, DENSE, 0.30, (0.75, 0.95), 0.10, 0.74),
-    Layer(0.0094, 0.0120, FULL, 0.70, (0.80, 1.05), 0.16, 0.88),
+    Layer(0.0102, 0.0150, DENSE, 0.30, (0.75, 0.95), 0.10, 0.80),
+    Layer(0.0094, 0.0120, FULL, 0.70, (0.80, 1.05), 0.16, 0.91),
     Layer(0.0116, 0.0095, LOOSE, 1.00, (0.80, 1.10), 0.22, 0.97),
     Layer(0.0200, 0.0090, AIRY, 1.08, (0.75, 1.15), 0.34, 0.94),
     Layer(0.0034, 0.0060, DENSE, 0.55, (0.85, 1.00), 0.10, 0.90, where="parting"),
@@ -191,6 +195,8 @@ class Groom:
         brushed to the front, and shows its roots.
     falls : bool
         Whether it hangs to the jaw and below, and covers the hairline beside the face.
+    temple_mm : float
+        The height over the eyes below which hair grows that frames the face.
     parting : function of Places
         (n,) 0..1 where hair is parted: roots stand closer there and lie open to the light.
     hangs : function of Places
@@ -216,6 +222,7 @@ class Groom:
     cut: float = 1.0
     edge: float = 1.0
     falls: bool = False
+    temple_mm: float = TEMPLE_MM[1]
     parting: OfPlaces = field(default=lambda places: np.zeros(len(places)))
     hangs: OfPlaces = field(default=lambda places: np.zeros(len(places)))
     free: OfPlaces = field(default=lambda places: places)
@@ -226,7 +233,7 @@ def grown(scalp: Scalp, groom: Groom) -> Cards:
     """All layers of a style, over a dark shell that closes the scalp."""
 
     def off_m(places: Places) -> np.ndarray:
-        return SHELL_LEAST_M + SHELL_HEIGHT * groom.volume_m(places)
+        return SHELL_LEAST_M + SHELL_HEIGHT * groom.volume_m(places) * (1 - groom.parting(places))
 
     def shade(places: Places) -> np.ndarray:
         lengths = (0.8 * SHORT_M, 3.0 * SHORT_M)
@@ -261,7 +268,8 @@ def _layer(scalp: Scalp, groom: Groom, layer: Layer, rng: np.random.Generator) -
         if groom.falls:
             roots = roots[~_beside_the_face(roots.places)]
     if layer.where == "temples":
-        roots = roots[_beside_the_face(roots.places) & (roots.depth < TEMPLE_DEEP_MM)]
+        below = roots.places[:, 1] < groom.temple_mm
+        roots = roots[_beside_the_face(roots.places) & below & (roots.depth < TEMPLE_DEEP_MM)]
     if layer.where == "forehead":
         x, y, _ = roots.places.T
         deep = (roots.depth > FOREHEAD_DEEP_MM[0]) & (roots.depth < FOREHEAD_DEEP_MM[1])
@@ -322,7 +330,9 @@ def _grown(
     parted = groom.parting(places)
     narrow = np.where(short, *EDGE_WIDTH)
     narrow = narrow + (1 - narrow) * within_edge
-    across = _across(paths, normals, wide * narrow, t, rng)
+    narrow_m = PARTING_NARROW_M if layer.where == "parting" else np.inf
+    begins = np.minimum(ROOT_NARROW, narrow_m / length)
+    across = _across(paths, normals, wide * narrow, t, begins, rng)
     along = length[:, None] * t
     dark = np.minimum(ROOT_DARK_M, ROOT_DARK * length)[:, None]
     least = np.interp(length, (0.5 * SHORT_M, SHORT_M), SHADED[::-1])
@@ -331,11 +341,12 @@ def _grown(
     shade = np.maximum(layer.shade, least - 0.05) * (
         least + (1 - least) * np.clip(along / dark, 0, 1)
     )
-    uneven = np.where(length < SHORT_M, SHORT_UNEVEN, UNEVEN)
-    shade = shade * (_patches(places) * rng.uniform(uneven, 1.0))[:, None]
+    shade = shade * (_patches(places) * rng.uniform(UNEVEN, 1.0, count))[:, None]
     index, weights = _hung(scalp, start, paths)
     skin = scalp.fitting.skin
-    uv = _lanes(layer, length, t, groom.cut, roots.depth, groom.edge, rng)
+    # Fine hair over the hairline stays open, or one sees where it ends.
+    edge = max(groom.edge, 1.0) if layer.where == "hairline" else groom.edge
+    uv = _lanes(layer, length, t, groom.cut, roots.depth, edge, rng)
     return ribbons(paths, across, index, weights, skin, uv, shade)
 
 
@@ -435,7 +446,8 @@ def _combed(
     flat = _along(groom.comb(scalp.places(start)), normal, 1.0)
     direction = unit(0.4 * flat + groom.upright * normal)
     ways = np.linspace(0, 1, steps + 1) ** groom.near
-    rise = np.minimum(groom.rise_m, 0.3 * length)[:, None]
+    rise = groom.rise_m * (1 - PARTING_RISE * groom.parting(scalp.places(start)))
+    rise = np.minimum(rise, 0.3 * length)[:, None]
     heavy = np.minimum(length / HEAVY_M, 1)[:, None] if groom.falls else 1.0
     paths, normals = [point], [normal]
     for step in range(1, steps + 1):
@@ -478,14 +490,17 @@ def _across(
     normals: np.ndarray,
     wide: np.ndarray,
     t: np.ndarray,
+    begins: np.ndarray,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """(n, steps, 3) m from the middle of a ribbon to its edge: flat, rolled a little."""
+    """(n, steps, 3) m from the middle of a ribbon to its edge: flat, rolled a little; `begins` is
+    the share of each over which it comes to its width."""
     tangent = unit(np.gradient(paths, axis=1))
     flat = unit(np.cross(tangent, normals))
     out = np.cross(flat, tangent)
     roll = ROLL * rng.normal(size=(len(paths), 1, 1))
-    taper = np.clip(ROOT_WIDTH + t / ROOT_NARROW * (1 - ROOT_WIDTH), 0, 1) * (1 - 0.35 * t**2)
+    taper = np.clip(ROOT_WIDTH + t / begins[:, None] * (1 - ROOT_WIDTH), 0, 1)
+    taper *= 1 - 0.35 * t**2
     if len(t) > SHORT_STEPS:
-        taper[0] = POINTED
+        taper[:, 0] = POINTED
     return (np.cos(roll) * flat + np.sin(roll) * out) * (wide[:, None] / 2 * taper)[..., None]

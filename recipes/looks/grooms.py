@@ -175,6 +175,10 @@ FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.20
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
 FRAMING_BLUNT = (0.75, 0.95)
 """Their lengths where the others end on one line."""
+FRAMING_EDGE = 0.5
+"""How deep the hairline is where these are open, by that of others: they would be a net."""
+BARE_TEMPLE_MM = 30.0
+"""Below which height over the eyes they grow where no fringe lies over their roots."""
 FRAMING_WAVE_M, FRAMING_PAIRS = 0.003, 19
 """They wave at least so far: straight ones are wires. One sees each alone, and every bend of it."""
 LONG_PAIRS, BOB_PAIRS, WAVED_PAIRS = 12, 16, 20
@@ -188,6 +192,9 @@ the temple in an arc, not at a corner."""
 OFF_CLOTH_MM, WAVE_M = 9.0, 0.100
 FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.06, 0.78
 """Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
+FALLING_OPEN = 0.65
+"""How deep its hairline is where locks are open, by that of short hair: single long hairs on a
+forehead are wires."""
 
 
 def off_the_face(places: Places, ahead_mm: float = 0.0) -> Places:
@@ -238,7 +245,7 @@ def falling(
         near = np.abs(places[:, 0] - part_mm)
         return (
             0.0045
-            + 0.0095 * top(places) * ramp(near, 0, 32)
+            + 0.0095 * top(places) * ramp(near, 0, 45)
             + 0.004 * ramp(places[:, 2], -120, -180)
         )
 
@@ -260,7 +267,7 @@ def falling(
     return Groom(
         lambda places: _parted(places, part_mm, tuck, swept), length, volume,
         rise_m=0.026, upright=0.2, weight=1.6, stiff=STIFF + SWEPT_STIFF * swept,
-        wave_m=wave_m, wave_length_m=WAVE_M, steps=steps, near=near, cut=cut,
+        wave_m=wave_m, wave_length_m=WAVE_M, steps=steps, near=near, cut=cut, edge=FALLING_OPEN,
         falls=True, parting=parting, hangs=_hangs, free=free, layers=layers,
     )  # fmt: skip
 
@@ -277,8 +284,9 @@ def off_face_and(body: Skin, shift: np.ndarray, ahead_mm: float = 0.0) -> OfPlac
     return lambda places: off_the_body(off_the_face(places, ahead_mm), body, shift)
 
 
-def framing(whole: Groom, body: Skin, shift: np.ndarray) -> Groom:
-    """What falls beside the face before the rest of a style: without it, hair ends in an edge."""
+def framing(whole: Groom, body: Skin, shift: np.ndarray, fringed: bool) -> Groom:
+    """What falls beside the face before the rest of a style: without it, hair ends in an edge; one
+    sees where it begins, but under a fringe."""
 
     def comb(places: Places) -> np.ndarray:
         temple = ramp(places[:, 2], -115, -75) * ramp(places[:, 1], -10, 20)
@@ -289,7 +297,8 @@ def framing(whole: Groom, body: Skin, shift: np.ndarray) -> Groom:
     layer = FRAMING if whole.cut == 1 else replace(FRAMING, length=FRAMING_BLUNT)
     return replace(
         whole, comb=comb, free=free, layers=(layer,),
-        steps=11, pairs=FRAMING_PAIRS, near=1.2, wave_m=wave_m,
+        steps=11, pairs=FRAMING_PAIRS, near=1.2, wave_m=wave_m, edge=FRAMING_EDGE,
+        temple_mm=whole.temple_mm if fringed else BARE_TEMPLE_MM,
     )  # fmt: skip
 
 
@@ -308,16 +317,16 @@ def fringe() -> Groom:
 
     return Groom(
         comb, length, lambda places: np.full(len(places), 0.009),
-        rise_m=0.010, weight=1.2, stiff=0.5, steps=6, near=1.15, cut=0.86, layers=FRINGE,
+        rise_m=0.010, weight=1.2, stiff=0.5, steps=6, near=1.15, layers=FRINGE,
     )  # fmt: skip
 
 
 FRINGE = (
-    Layer(0.0047, 0.0088, FULL, 0.80, (0.70, 0.98), 0.10, 0.90, where="forehead"),
-    Layer(0.0041, 0.0064, LOOSE, 0.95, (0.76, 1.05), 0.14, 0.97, where="forehead"),
-    Layer(0.0050, 0.0055, AIRY, 1.05, (0.80, 1.08), 0.20, 0.97, where="forehead"),
+    Layer(0.0047, 0.0076, FULL, 0.80, (0.58, 0.94), 0.20, 0.90, where="forehead"),
+    Layer(0.0034, 0.0066, LOOSE, 0.95, (0.66, 1.04), 0.26, 0.96, where="forehead"),
+    Layer(0.0038, 0.0066, AIRY, 1.02, (0.70, 1.08), 0.30, 0.96, where="forehead"),
 )
-FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 27.0, 2.5, 0.30
+FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 29.0, 2.5, 0.28
 """How far it falls before the hairline, how much further at its sides, how far it goes aside."""
 
 
@@ -338,7 +347,7 @@ def waves(body: Skin, shift: np.ndarray) -> Groom:
 def bob(body: Skin, shift: np.ndarray) -> Groom:
     """Down to the chin, from a parting at one side."""
     straight = falling(
-        0.125, -PART_MM, 0.0010, off_face_and(body, shift, 8.0), 9, cut=0.94, tuck=1.3, even=0.8,
+        0.125, -PART_MM, 0.0010, off_face_and(body, shift, 8.0), 9, cut=0.96, tuck=1.3, even=0.8,
         swept=0.8,
     )  # fmt: skip
     return replace(straight, pairs=BOB_PAIRS)
@@ -401,4 +410,4 @@ def stubble() -> Groom:
 
 GROOMS = {"crop": crop, "swept": swept, "slick": slick}
 FALLING = {"long": long, "waves": waves, "bob": bob}
-FRINGED, WAVED = ("long",), ("waves",)
+FRINGED, WAVED, HANGING = ("long",), ("waves",), ("long", "waves")

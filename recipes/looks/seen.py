@@ -33,6 +33,11 @@ ROUND, OPEN = 40, (0.15, 0.45)
 and does."""
 DEEP_LIGHT = 0.35
 """What light comes to cards that hardly show, between others or behind them."""
+AMONG, OPENEST, DEEP = 60, 0.75, (0.15, 0.40)
+"""Among how many vertices that show one lies, which share of them is less open than what counts,
+and how open that is inside the hair, and on it."""
+SCALP_M = (0.003, 0.006)
+"""So far off the skin hair that hardly shows begins to be dark, and is."""
 _VERTEX = """#version 430
 uniform mat4 view; uniform float deeper;
 in vec3 place; in vec2 texcoord; out vec2 at;
@@ -71,7 +76,7 @@ def without_hidden(cards: Cards, picture: np.ndarray, skin: Skin) -> Cards:
     seen, whole = _pixels(cards, picture, skin)
     share = seen / np.maximum(whole, 1)
     kept = _with_neighbours(cards, share >= SHOWN)
-    cards = replace(cards, shade=_lit(cards, share))
+    cards = replace(cards, shade=_lit(cards, share, skin))
     used, quads = np.unique(cards.quads[kept], return_inverse=True)
     places, uv_quads = np.unique(cards.uv_quads[kept], return_inverse=True)
     return replace(
@@ -93,9 +98,10 @@ def _with_neighbours(cards: Cards, kept: np.ndarray) -> np.ndarray:
     return np.asarray(ends[cards.quads].any(1))
 
 
-def _lit(cards: Cards, share: np.ndarray) -> np.ndarray:
+def _lit(cards: Cards, share: np.ndarray, skin: Skin) -> np.ndarray:
     """(vertex,) shade where what lies open, since it was led round ears and cheeks, is no darker
-    than what lies open round it, and what hardly shows is dark; `share` of each quad is seen."""
+    than what lies open round it, and what hardly shows is dark, unless it lies on the scalp, as at
+    a parting; `share` of each quad is seen."""
     open_ = np.zeros(len(cards.points))
     np.maximum.at(open_, cards.quads, share[:, None])
     near = KDTree(cards.points).query(cards.points, ROUND)[1]
@@ -103,7 +109,18 @@ def _lit(cards: Cards, share: np.ndarray) -> np.ndarray:
     around = (weight * cards.shade[near]).sum(1) / weight.sum(1)
     less = np.maximum(around - cards.shade, 0)
     lit = cards.shade + less * ((open_ - OPEN[0]) / np.ptp(OPEN)).clip(0, 1)
-    return lit * np.interp(open_, (SHOWN, OPEN[0]), (DEEP_LIGHT, 1))
+    foot, _ = skin.nearest(cards.points)
+    off = np.linalg.norm(cards.points - foot, axis=1)
+    least = np.interp(off, SCALP_M, (1, DEEP_LIGHT))
+    return lit * (least + (1 - least) * np.interp(_openness(cards, open_), DEEP, (0, 1)))
+
+
+def _openness(cards: Cards, open_: np.ndarray) -> np.ndarray:
+    """(vertex,) how open hair lies round a place, whichever card of it: alone each would be a
+    flake, darker than what it lies among."""
+    shown = np.flatnonzero(open_ >= SHOWN)
+    near = KDTree(cards.points[shown]).query(cards.points, AMONG)[1]
+    return np.quantile(open_[shown][near], OPENEST, axis=1)
 
 
 def _views(points: np.ndarray) -> list[np.ndarray]:

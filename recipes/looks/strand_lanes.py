@@ -8,7 +8,7 @@ from PIL import Image, ImageDraw
 from recipes.looks.canvas import blurred
 
 PX, FINER, LANES = 1024, 4, 8
-STRANDS = (120, 104, 70, 60, 34, 27, 12, 8)
+STRANDS = (170, 150, 104, 90, 52, 42, 16, 11)
 """Strands of each lock."""
 DENSE, FULL, LOOSE, AIRY = (0, 1), (2, 3), (4, 5), (6, 7)
 """Locks by how much shows through."""
@@ -20,19 +20,21 @@ as fine and as uneven as they end: such hair shows its roots."""
 SHORT_STRANDS = (46, 40, 30, 26, 17, 14, 9, 6)
 CLUMPS, GATHERED, SHORT_GATHERED = (4, 8), (0.25, 0.75), (0.6, 1.1)
 """Into how many clumps the strands of a lock fall, and how far from their middle they end there."""
-TONE, CLUMP_TONE, STRAND_TONE, TONES = 0.78, 0.09, 0.13, (0.40, 1.0)
+TONE, CLUMP_TONE, STRAND_TONE, TONES = 0.80, 0.06, 0.08, (0.50, 1.0)
 """Mean tone of strands, how far that of clumps and of strands in a clump differs, and its ends."""
-DEEP_TONE = 0.50
+DEEP_TONE = 0.58
 """What one sees between strands of a closed lock lies in their shade."""
 FEW = 25
 """Fewer strands than this stand as chance has it."""
-SHORTEST = 0.62
+SHORTEST, EARLY, ROUNDED = 0.62, 2.0, 0.07
+"""The shortest strand of a lock, how few end early (a power: 1 as many as late; few that are left
+alone at the tips would be wires), and how much sooner those at its sides end."""
 SIDES = (0.02, 0.98)
 """Between these places across its lock a strand stays."""
 LATE_ROOT, LATE_LONG_ROOT = 0.22, 0.07
 """Strands of short hair, and of long, begin within this share of their lock."""
 POINTS = 24
-WIDTHS, SHORT_WIDTHS = (7, 8, 9, 11), (10, 12, 16, 20)
+WIDTHS, SHORT_WIDTHS = (5, 6, 7, 9), (10, 12, 16, 20)
 BROADER = (0, 0, 0, 0, 1, 1, 3, 3)
 """Pixels of the drawing, as are the former: how much broader strands of an open lock are, whose
 narrow ribbons show it."""
@@ -84,7 +86,8 @@ def _lock(drawings: Drawings, lane: int, count: int, rng: np.random.Generator) -
         end = 0.5 + (end - 0.5) * 0.85
         bow = 0.05 * rng.normal() * np.sin(np.pi * t) + 0.02 * rng.normal() * np.sin(2 * np.pi * t)
         x = _inside(at[k] + (end - at[k]) * t**1.6 + bow)
-        length = rng.uniform(SHORTEST, 1.0) * (1 - 0.28 * abs(2 * at[k] - 1) ** 2)
+        length = 1 - (1 - SHORTEST) * rng.uniform() ** EARLY
+        length *= 1 - ROUNDED * abs(2 * at[k] - 1) ** 2
         broad = BROADER[lane] + int(rng.choice(WIDTHS, p=[0.3, 0.4, 0.2, 0.1]))
         start = LATE_LONG_ROOT * (0.4 * rng.uniform() + 0.6 * (2 * at[k] - 1) ** 2)
         places = _pixels((lane + x) / LANES, start + (length - start) * t, LONG_V)

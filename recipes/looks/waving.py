@@ -12,10 +12,13 @@ from recipes.looks.scalp import Places, Scalp
 
 WAVE_MM, SHORTER = 112.0, 0.20
 """From crest to crest, and how much shorter waves are at the tips."""
-FROM_MM = (35.0, -60.0)
+FROM_MM = (10.0, -120.0)
 """Heights over the eyes between which waves grow: near its root hair lies flat."""
-ASIDE_MM, OUT_MM = 6.5, 4.0
+ASIDE_MM, OUT_MM = 9.0, 6.5
 """How far hair goes to either side, and off the head, never towards it."""
+INWARD_MM, FACE_MM = 0.5, (-105.0, -75.0)
+"""How far waves lead hair over the face at most, and between which distances behind the tip of the
+nose that begins."""
 LOCK_MM, APART = 34.0, 1.5
 """How wide locks are that wave together, and how far their waves are apart, radians."""
 AXIS_MM = -120.0
@@ -40,7 +43,10 @@ def _waves(places: Places) -> np.ndarray:
     turns = down / WAVE_MM * (1 + SHORTER * down / 300)
     phase = 2 * np.pi * turns + APART * _locks(places)
     out = OUT_MM * (1 - np.cos(phase + 0.9)) / 2
-    return share * (ASIDE_MM * np.sin(phase)[:, None] * aside + out[:, None] * radial)
+    moved = share * (ASIDE_MM * np.sin(phase)[:, None] * aside + out[:, None] * radial)
+    side, before = np.sign(places[:, 0]), ramp(places[:, 2], *FACE_MM)
+    moved[:, 0] += side * before * np.maximum(-side * moved[:, 0] - INWARD_MM, 0)
+    return moved
 
 
 def _locks(places: Places) -> np.ndarray:

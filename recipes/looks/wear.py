@@ -21,6 +21,7 @@ from recipes.looks.scalp import WIDE, Scalp
 from recipes.looks.seen import without_hidden
 from recipes.looks.surface import Skin
 from recipes.looks.tied import knot, tail
+from recipes.looks.underneath import dark_underneath
 from recipes.looks.waving import waved
 
 DEEP = (*grooms.FALLING, "ponytail", "bun")
@@ -42,6 +43,8 @@ def bake_hair(fitting: Fitting, canvas: Canvas, folder: Path) -> None:
     for name, cards in styles(scalp, canvas.head.expression_basis).items():
         if name in DEEP:
             cards = without_hidden(cards, lanes, scalp.skin)
+        if name in grooms.HANGING:
+            cards = dark_underneath(scalp, cards)
         write_hair(folder, fitting, name, cards)
         print(f"{name}: {len(cards.points)} vertices")
     save(folder / "strands.webp", lanes, 78)
@@ -60,8 +63,10 @@ def styles(scalp: Scalp, shapes: np.ndarray) -> dict[str, Cards]:
     made = {name: groom.grown(scalp, style()) for name, style in grooms.GROOMS.items()}
     for name, style in grooms.FALLING.items():
         whole = style(body, scalp.shift)
-        before = groom.ribbons_of(earless, grooms.framing(whole, body, scalp.shift))
-        if name in grooms.FRINGED:
+        fringed = name in grooms.FRINGED
+        before = grooms.framing(whole, body, scalp.shift, fringed)
+        before = groom.ribbons_of(earless, before)
+        if fringed:
             before = together(before, groom.ribbons_of(scalp, grooms.fringe()))
         hung = over_ears(face, together(groom.grown(earless, whole), before))
         made[name] = beside_face(earless, hung, shapes)
