@@ -146,6 +146,8 @@ THIN_MM = (-1.0, 0.0, 1.0, 2.0, 3.0, 4.5, 6.0)
 CURLED_THIN, STUBS_THIN, THIN_SOFT = 0.85, 0.75, 0.16
 """How much of that way goes by before the gaps between coils close, or between stubs, and how soft
 their edges are."""
+EDGE_TONE = 0.4
+"""Brightness at its edge: what lies open there in full light would be chips of grey."""
 MAP_RAD = 1.8
 """How far down from the crown a shell's picture reaches."""
 CURLED_EDGE_MM, CURLED_LEAST, CURLED_BELOW_MM = 9.0, (0.4, 0.22), (-20.0, 20.0)
@@ -246,7 +248,8 @@ def _thinned(picture: np.ndarray, scalp: Scalp, thin: float) -> np.ndarray:
     tone = picture[..., 0]
     rank = (np.argsort(np.argsort(tone.ravel())) / tone.size).reshape(tone.shape)
     cover = (share - thin * (1 - rank)) / THIN_SOFT
-    return np.dstack([picture[..., :3], cover.clip(0, 1)])
+    dark = EDGE_TONE + (1 - EDGE_TONE) * share.clip(0, 1)
+    return np.dstack([picture[..., :3] * dark[..., None], cover.clip(0, 1)])
 
 
 def _side_by_side(below: Cards, locks: Cards) -> Cards:
