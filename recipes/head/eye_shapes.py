@@ -35,7 +35,7 @@ SNEER = (
     Fold(((15.5, -37), (20, -44), (25, -53)), 1.5, 1.5),
 )
 """The wing of the nose and the upper lip rise, the bridge and the cheek bunch."""
-BLOWN_MM, BLOWN_AT, BLOWN_HALF = 13.5, (44, -54, 0), (35, 38, 42)
+BLOWN_MM, BLOWN_AT, BLOWN_HALF = 13.0, (44, -54, 0), (35, 38, 42)
 """How far air blows a cheek out; the ball's middle, as the place of a `Pull` and, third, mm before
 the eyes; how far from there it ends: at the cheekbone, the corner of the mouth and the jaw."""
 BLOWN_FROM, BLOWN_DOME = (14, -57, -30), 1.8
