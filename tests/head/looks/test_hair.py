@@ -132,3 +132,19 @@ def test_what_closes_the_scalp_under_short_curls_fades_out_at_the_hairline(style
     rows, columns = (1 - v) * alpha.shape[0], u * alpha.shape[1]
     edge = alpha[rows.astype(int), columns.astype(int)]
     assert len(edge) > 100 and np.quantile(edge, 0.95) < 40
+
+
+@pytest.mark.parametrize("style", ["bob", *LONG])
+@pytest.mark.parametrize("who", FACES)
+def test_blown_cheeks_push_hair_aside(style: str, who: str) -> None:
+    bare, worn, _ = dressed(style, who)
+    skin = bare.regions["skin"]
+    hair = np.unique(worn.quads[worn.material == worn.material_names.index("hair")])
+    moved = worn.template + worn.expression_basis[worn.expression_index("cheekPuff")]
+    above = []
+    for points in (worn.template, moved):
+        normals = vertex_normals(points[: bare.vertex_count], bare.triangles)[skin]
+        away, nearest = KDTree(points[skin]).query(points[hair])
+        beside = ((points[hair] - points[skin][nearest]) * normals[nearest]).sum(1)
+        above.append(np.where(away < 0.02, beside, 0))
+    assert ((above[0] > 0.001) & (above[1] < -0.0015)).mean() < 0.001
