@@ -52,7 +52,7 @@ at the corners, where it comes to an end in skin, not in a point."""
 CORNER_COLUMNS = np.r_[10:15, 24:29]
 CORNER_RED = 0.8
 """Columns of the lips that end at the corners of the mouth, and the red of their border."""
-MOUTH_END_MM, MOUTH_END = 2.6, 0.5
+MOUTH_END_MM, MOUTH_END = 3.4, 0.3
 """How far round its corners a mouth lies in its own shade, and how much of the light that keeps."""
 CORNER_MM = 11.0
 """How far from the corners of the mouth skin is evened."""
