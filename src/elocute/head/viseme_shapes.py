@@ -56,6 +56,7 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
         "mouthFunnel": 0.11,
         "mouthPucker": 0.05,
         **_both("mouthLowerDown", 0.1),
+        **_both("mouthUpperUp", 0.08),
     },
     "E": {
         "jawOpen": 0.27,

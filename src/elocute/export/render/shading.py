@@ -71,6 +71,8 @@ STRAND_POWER = (60.0, 12.0)  # of what the surface of hair mirrors, and of what 
 STRAND_TINT = (0.12, 0.75)  # strength: white of the former, of the hair's own colour of the latter
 STRAND_GAP = 0.02  # linear green of hair at which half of the former is left: gaps are in shade
 STRAND_TILT = (-0.10, 0.14)  # along the hair: the former lies nearer its root, the latter its tip
+# Hair that is seen from within: cosine between the view and where it faces, and how much darker.
+WITHIN_HAIR, DARK_WITHIN = (-0.5, 0.0), 0.7
 LID_UPPER, LID_LOWER, LID_CORNER = (0.0, 0.50), (-0.7, -0.3), (0.40, 0.88)  # of an eye's normals
 # Behind lips, whose flesh reddens light: least of it, powers of red, green and blue, shine left.
 DIM_LEAST, DIM_POWERS, DIM_SHINE = 0.25, (0.35, 0.75, 0.85), 0.40
@@ -161,7 +163,9 @@ def lit(p: Point, f: Finish, rig: Rig) -> FloatArray:
             shine = shine + _glint(p, f, lamp, facing) * through
     if f.coat:
         shine = shine + _coat(p, f, rig)
-    return (p.albedo * light + shine).astype(np.float32)
+    turned = 1 - _step(*WITHIN_HAIR, _dot(p.blunt, p.view))
+    kept = 1 - np.float32(f.strand * DARK_WITHIN) * turned
+    return ((p.albedo * light + shine) * kept).astype(np.float32)
 
 
 def socket_shade(normal: FloatArray) -> FloatArray:
@@ -495,7 +499,8 @@ vec3 lit(Point p, Finish f) {{
     float through;
 {chr(10).join(lamps)}
     if (f.coat > 0.0) shine += coated(p, f);
-    return p.albedo * light + shine;
+    float turned = 1.0 - smoothstep({WITHIN_HAIR[0]:f}, {WITHIN_HAIR[1]:f}, dot(p.blunt, p.view));
+    return (p.albedo * light + shine) * (1.0 - f.strand * {DARK_WITHIN:f} * turned);
 }}
 vec3 shown(vec3 light, float exposure) {{
     vec3 color = light * exposure;
