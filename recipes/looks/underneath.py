@@ -43,6 +43,7 @@ def _reach(at: np.ndarray, far: np.ndarray) -> np.ndarray:
     cell = np.round(at).astype(int)
     reach = np.zeros(cell.max(1) + 1)
     np.maximum.at(reach, tuple(cell), far)
-    round_it = ("wrap", "nearest")
-    reach = ndimage.maximum_filter(reach, WIDER, mode=round_it)
-    return ndimage.gaussian_filter(reach, SOFT, mode=round_it)
+    count = len(reach)
+    reach = np.concatenate([reach, reach, reach])  # round the neck it goes on
+    reach = ndimage.maximum_filter(reach, WIDER, mode="nearest")
+    return ndimage.gaussian_filter(reach, SOFT, mode="nearest")[count : 2 * count]
