@@ -104,3 +104,13 @@ def test_pupils_are_as_wide_as_the_look_has_them() -> None:
 def test_pupils_have_limits() -> None:
     with pytest.raises(HeadError, match="pupils"):
         Look(pupils=9)
+
+
+@pytest.mark.parametrize("tone", [0.1, 0.9])
+def test_the_lining_of_the_mouth_is_flesh(head: HeadModel, tone: float) -> None:
+    """Where it meets textured lips, whose vertices are white, it would be a pale streak."""
+    worn = dress(head, Look(tone=tone))
+    lining = np.unique(worn.quads[worn.material == worn.material_names.index("mouth")])
+    red, green, blue = worn.vertex_color[lining].astype(int).T
+    assert (red > 1.15 * green).all()
+    assert (green > blue).all()

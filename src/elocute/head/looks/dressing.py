@@ -39,8 +39,9 @@ LASH_COLOUR, LASH_OF_HAIR = (0.006, 0.005, 0.004), 0.05
 """What lashes have at least, and how much of the hair's colour they take."""
 BROW_WARMTH = (1.0, 0.93, 0.84)
 """Brows over warm skin would else look blue."""
-CORNER_M, CORNER_SKIN = 0.007, 0.9
-"""How far from the corners of the mouth the edge of its lining is skin's too, and how much there.
+CORNER_M, CORNER_SKIN, CORNER_FLESH = 0.007, 0.9, (215, 140, 122)
+"""How far from the corners of the mouth the edge of its lining is skin's too, how much there, and
+its colour: that of skin there is multiplied by it, that of the lining is it.
 """
 MODELLED = ("brows", "lashes")
 """Parts of the bare head that a look puts cards in place of."""
@@ -235,7 +236,7 @@ def _lightened(head: HeadModel, color: np.ndarray, lining: np.ndarray) -> np.nda
     ends = head.template[head.inner_corners]
     away = np.linalg.norm(head.template[lining][:, None] - ends, axis=2).min(axis=1)
     share = CORNER_SKIN * (color[lining] == 255).all(axis=1) * np.exp(-((away / CORNER_M) ** 2))
-    return np.round(own + (255 - own) * share[:, None]).astype(np.uint8)
+    return np.round(own + (np.array(CORNER_FLESH) - own) * share[:, None]).astype(np.uint8)
 
 
 def _wearing(
