@@ -43,7 +43,7 @@ out float open;
 # Nothing is known here of neighbours: what asks how places differ from theirs is not called.
 _GLOW = """
 uniform vec3 eye; uniform sampler2D shadow_map;
-out vec3 glow;
+out vec3 glow; out vec3 gleam;
 #define dFdx(value) (value)
 #define dFdy(value) (value)
 SHADING
@@ -52,8 +52,10 @@ _SET_GLOW = """
     vec3 upright = normalize(normal);
     float open_to = open_to_key(textureLod(shadow_map, from_key.xy * 0.5 + 0.5, 0.0).xy,
         from_key.z - SHADOW_BIAS);
-    glow = lit(Point(color * TINT, upright, upright, normalize(eye - position), STRAND, occlusion,
-        clamp(ROUGHNESS, 0.05, 1.0), open_to), FINISH);
+    Point p = Point(color * TINT, upright, upright, normalize(eye - position), STRAND, occlusion,
+        clamp(ROUGHNESS, 0.05, 1.0), open_to);
+    lighted(p, FINISH, glow, gleam);
+    glow *= p.albedo;
 """
 _HEIGHT = """
 in vec2 crease;
@@ -139,14 +141,14 @@ void main() {
 # Of a part that was lit at its vertices.
 _GLOWING = """#version 330
 uniform vec3 eye; uniform float exposure; uniform sampler2D color_map;
-in vec3 place; in vec2 at; in vec3 glow;
+in vec3 place; in vec2 at; in vec3 glow; in vec3 gleam;
 out vec4 pixel;
 SHADING
 void main() {
     vec4 texel = texture(color_map, at);
     CUT
     float alpha = ALPHA;
-    pixel = vec4(shown(glow * texel.rgb, exposure) * alpha, alpha);
+    pixel = vec4(shown(glow * texel.rgb + gleam, exposure) * alpha, alpha);
 }
 """
 _DEPTHS = """#version 330

@@ -459,8 +459,9 @@ void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, f
         float mirrored = pow(max(1.0 - first * first, 0.0), {STRAND_POWER[0]:f});
         float passed = pow(max(1.0 - second * second, 0.0), {STRAND_POWER[1]:f});
         mirrored *= p.albedo.g / (p.albedo.g + {STRAND_GAP:f});
-        shine += color * ({STRAND_TINT[0]:f} * mirrored + {STRAND_TINT[1]:f} * passed * p.albedo)
-            * (gain * through * f.strand * p.occlusion * mix(meets, 1.0, 0.25));
+        vec3 open = color * (gain * through * f.strand * p.occlusion * mix(meets, 1.0, 0.25));
+        shine += open * ({STRAND_TINT[0]:f} * mirrored);
+        light += open * ({STRAND_TINT[1]:f} * passed);
         return;
     }}
     float aligned = clamp(dot(p.normal, between), 0.0, 1.0);
@@ -487,20 +488,27 @@ vec3 coated(Point p, Finish f) {{
     float glance = {COAT_REFLECTANCE:f} + {1 - COAT_REFLECTANCE:f} * fifth(1.0 - facing);
     return shine * (glance * f.coat * p.occlusion);
 }}
-vec3 lit(Point p, Finish f) {{
+void lighted(inout Point p, Finish f, out vec3 light, out vec3 shine) {{
     if (f.coat > 0.0) p.albedo *= pow(vec3(socket(p.blunt)), {_vec(LID_WARMTH)}) * {BALL:f};
     float facing = max(dot(p.normal, p.view), 0.02);
-    vec3 light = around(mix(p.normal.y, p.blunt.y, 0.5 * f.softness))
+    light = around(mix(p.normal.y, p.blunt.y, 0.5 * f.softness))
         * bounced(p.occlusion, p.albedo) * f.ambient;
     float grazing = {GRAZING:f} * (1.0 - p.roughness) * (1.0 - p.roughness);
     float glance = f.reflectance + max(grazing - f.reflectance, 0.0) * fifth(1.0 - facing);
-    vec3 shine = around(2.0 * facing * p.normal.y - p.view.y)
+    shine = around(2.0 * facing * p.normal.y - p.view.y)
         * (glance * p.occlusion * f.ambient * (1.0 - f.strand));
     float through;
 {chr(10).join(lamps)}
     if (f.coat > 0.0) shine += coated(p, f);
     float turned = 1.0 - smoothstep({WITHIN_HAIR[0]:f}, {WITHIN_HAIR[1]:f}, dot(p.blunt, p.view));
-    return (p.albedo * light + shine) * (1.0 - f.strand * {DARK_WITHIN:f} * turned);
+    float kept = 1.0 - f.strand * {DARK_WITHIN:f} * turned;
+    light *= kept;
+    shine *= kept;
+}}
+vec3 lit(Point p, Finish f) {{
+    vec3 light, shine;
+    lighted(p, f, light, shine);
+    return p.albedo * light + shine;
 }}
 vec3 shown(vec3 light, float exposure) {{
     vec3 color = light * exposure;

@@ -29,8 +29,8 @@ class Profile:
     blended_levels : bool
         Whether images are blended between two of their levels.
     hair_at_vertices : bool
-        Whether hair is lit at its vertices, not pixel by pixel: its ribbons lie many deep. What it
-        mirrors then takes the colour of its image, too. OpenGL alone does it.
+        Whether hair is lit at its vertices, not pixel by pixel: its ribbons lie many deep. OpenGL
+        alone does it.
     """
 
     oversampling: float

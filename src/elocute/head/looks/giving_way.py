@@ -33,29 +33,23 @@ def given_way(dressed: HeadModel, hair: slice, head: HeadModel) -> HeadModel:
     """
     normals = vertex_normals(head.template, head.triangles)
     out = np.einsum("svc,vc->sv", head.expression_basis, normals)
-    beside = np.abs(head.template[:, 0]) > ASIDE_M
-    cheeks = np.flatnonzero(beside & (out > COMES_OUT_M).any(0) & _skin(head))
+    skin = head.regions["skin"]
+    beside = np.abs(head.template[skin, 0]) > ASIDE_M
+    cheeks = skin[beside & (out[:, skin] > COMES_OUT_M).any(0)]
     shapes = np.flatnonzero((out[:, cheeks] > COMES_OUT_M).any(1))
     points = dressed.template[hair]
     near, nearest = _nearest(points, head.template[cheeks])
     if not len(near):
         return dressed
-    skin = cheeks[nearest]
-    off = np.einsum("vc,vc->v", points[near] - head.template[skin], normals[skin])
+    under = cheeks[nearest]
+    off = np.einsum("vc,vc->v", points[near] - head.template[under], normals[under])
     basis = dressed.expression_basis.copy()
     for shape in shapes:
-        wanted = out[shape, skin] - np.maximum(off - OFF_M, 0)
-        already = np.einsum("vc,vc->v", basis[shape, hair][near], normals[skin])
+        wanted = out[shape, under] - np.maximum(off - OFF_M, 0)
+        already = np.einsum("vc,vc->v", basis[shape, hair][near], normals[under])
         more = np.maximum(wanted - np.maximum(already, 0), 0) * (off > -OFF_M)
-        basis[shape, hair.start + near] += more[:, None] * normals[skin]
+        basis[shape, hair.start + near] += more[:, None] * normals[under]
     return replace(dressed, expression_basis=basis)
-
-
-def _skin(head: HeadModel) -> NDArray[np.bool_]:
-    """(vertex,) what is skin."""
-    found = np.zeros(head.vertex_count, bool)
-    found[head.quads[head.material == head.material_names.index("skin")]] = True
-    return found
 
 
 def _nearest(points: Float32Array, skin: Float32Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
