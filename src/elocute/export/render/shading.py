@@ -72,7 +72,7 @@ STRAND_TINT = (0.12, 0.75)  # strength: white of the former, of the hair's own c
 STRAND_GAP = 0.02  # linear green of hair at which half of the former is left: gaps are in shade
 STRAND_TILT = (-0.10, 0.14)  # along the hair: the former lies nearer its root, the latter its tip
 # Hair that is seen from within: cosine between the view and where it faces, and how much darker.
-WITHIN_HAIR, DARK_WITHIN = (-0.5, 0.0), 0.7
+WITHIN_HAIR, DARK_WITHIN = (-0.9, -0.4), 0.6
 LID_UPPER, LID_LOWER, LID_CORNER = (0.0, 0.50), (-0.7, -0.3), (0.40, 0.88)  # of an eye's normals
 # Behind lips, whose flesh reddens light: least of it, powers of red, green and blue, shine left.
 DIM_LEAST, DIM_POWERS, DIM_SHINE = 0.25, (0.35, 0.75, 0.85), 0.40
