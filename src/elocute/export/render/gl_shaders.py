@@ -43,7 +43,7 @@ out float open;
 # Nothing is known here of neighbours: what asks how places differ from theirs is not called.
 _GLOW = """
 uniform vec3 eye; uniform sampler2D shadow_map;
-out vec3 glow; out vec3 gleam;
+out vec3 glow; out vec4 gleam;
 #define dFdx(value) (value)
 #define dFdy(value) (value)
 SHADING
@@ -54,8 +54,10 @@ _SET_GLOW = """
         from_key.z - SHADOW_BIAS);
     Point p = Point(color * TINT, upright, upright, normalize(eye - position), STRAND, occlusion,
         clamp(ROUGHNESS, 0.05, 1.0), open_to);
-    lighted(p, FINISH, glow, gleam);
+    vec3 shine;
+    lighted(p, FINISH, glow, shine);
     glow *= p.albedo;
+    gleam = vec4(shine / gapped(p.albedo.g), p.albedo.g);
 """
 _HEIGHT = """
 in vec2 crease;
@@ -141,14 +143,15 @@ void main() {
 # Of a part that was lit at its vertices.
 _GLOWING = """#version 330
 uniform vec3 eye; uniform float exposure; uniform sampler2D color_map;
-in vec3 place; in vec2 at; in vec3 glow; in vec3 gleam;
+in vec3 place; in vec2 at; in vec3 glow; in vec4 gleam;
 out vec4 pixel;
 SHADING
 void main() {
     vec4 texel = texture(color_map, at);
     CUT
     float alpha = ALPHA;
-    pixel = vec4(shown(glow * texel.rgb + gleam, exposure) * alpha, alpha);
+    vec3 shine = gleam.rgb * gapped(gleam.a * texel.g);
+    pixel = vec4(shown(glow * texel.rgb + shine, exposure) * alpha, alpha);
 }
 """
 _DEPTHS = """#version 330

@@ -443,6 +443,7 @@ float socket(vec3 normal) {{
     return (0.24 + 0.76 * upper) * (0.6 + 0.4 * lower) * (0.62 + 0.38 * middle);
 }}
 float fifth(float x) {{ return x * x * x * x * x; }}
+float gapped(float green) {{ return green / (green + {STRAND_GAP:f}); }}
 void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, float gain,
           float through, vec3 bled, float facing, inout vec3 light, inout vec3 shine) {{
     float bare = dot(p.normal, towards), blunt = dot(p.blunt, towards);
@@ -458,7 +459,7 @@ void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, f
         float first = along + away * {STRAND_TILT[0]:f}, second = along + away * {STRAND_TILT[1]:f};
         float mirrored = pow(max(1.0 - first * first, 0.0), {STRAND_POWER[0]:f});
         float passed = pow(max(1.0 - second * second, 0.0), {STRAND_POWER[1]:f});
-        mirrored *= p.albedo.g / (p.albedo.g + {STRAND_GAP:f});
+        mirrored *= gapped(p.albedo.g);
         vec3 open = color * (gain * through * f.strand * p.occlusion * mix(meets, 1.0, 0.25));
         shine += open * ({STRAND_TINT[0]:f} * mirrored);
         light += open * ({STRAND_TINT[1]:f} * passed);
