@@ -10,6 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from recipes.looks.cards import Cards
+from recipes.looks.draping import Drape
 from recipes.looks.ribbons import ribbons, together
 from recipes.looks.scalp import DEEP_MM, Places, Roots, Scalp, shell
 from recipes.looks.strand_lanes import (
@@ -203,6 +204,8 @@ class Groom:
         (n,) 0..1 where hair hangs free although it grows there, as at the nape below what falls.
     free : function of Places
         (n, 3) mm: places moved out of what hair may not go through beside the skin.
+    drape : Drape or None
+        What it lies on that falls to the shoulders.
     layers : tuple of Layer
     """
 
@@ -226,6 +229,7 @@ class Groom:
     parting: OfPlaces = field(default=lambda places: np.zeros(len(places)))
     hangs: OfPlaces = field(default=lambda places: np.zeros(len(places)))
     free: OfPlaces = field(default=lambda places: places)
+    drape: Drape | None = None
     layers: tuple[Layer, ...] = LAYERS
 
 
@@ -316,7 +320,7 @@ def _grown(
     if groom.falls and steps == groom.steps:
         heights_mm = scalp.places(paths)[..., 1]
         paths = _unbent(paths, heights_mm)
-        share = _falling_share(paths, heights_mm)
+        share = np.ones(len(paths))
         kept = share > STUB
         roots, length, short, share = roots[kept], length[kept], short[kept], share[kept]
         at = np.linspace(0, 1, groom.pairs) ** groom.near if groom.pairs else t
@@ -463,6 +467,8 @@ def _combed(
         drawn = groom.weight * t * heavy * np.array([0, -1.0, 0])
         wanted = unit(comb + bent * sideways + drawn)
         direction = unit(groom.stiff * direction + (1 - groom.stiff) * wanted)
+        if groom.drape:
+            direction, lies, under = groom.drape.led(places, direction)
         point = point + stride * direction
         foot, normal = scalp.skin.nearest(point)
         above = ((point - foot) * normal).sum(1, keepdims=True)
@@ -471,7 +477,11 @@ def _combed(
         wanted_height = over * (1 - np.exp(-gone / rise))
         lifted = np.where(above < wanted_height, 1.0, CLING * hold)
         point = point + normal * (wanted_height - above) * lifted
-        point = (groom.free(scalp.places(point)) - scalp.shift) / 1000
+        places = groom.free(scalp.places(point))
+        if groom.drape:
+            places = groom.drape.out_of(places, 1000 * height[:, None])
+            normal = unit(normal + lies * (under - normal))
+        point = (places - scalp.shift) / 1000
         if step % SUBSTEPS == 0:
             paths.append(point)
             normals.append(normal)

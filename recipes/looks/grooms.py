@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from recipes.looks.draping import Drape
 from recipes.looks.groom import LAYERS, SHORT_LAYERS, Groom, Layer, OfPlaces
 from recipes.looks.scalp import Places, depth_mm, grows
 from recipes.looks.strand_lanes import AIRY, DENSE, FULL, LOOSE
-from recipes.looks.surface import Skin
 
 CROWN = np.array([9.0, 92.0, -158.0])
 """Where the whorl of the hair is."""
@@ -131,12 +131,9 @@ def _parted(places: Places, part_mm: float, tuck: float, swept: float) -> np.nda
     # On the back it hangs straight.
     on_back = ramp(places[:, 2], -SHOULDER_MM, -SHOULDER_MM - 30) * ramp(places[:, 1], -70, -120)
     inward = inward * (1 - on_back)
-    # Before the shoulders or behind them, not over them.
-    ahead = places[:, 2] + SHOULDER_MM
-    before = SIDESTEP * np.tanh(ahead / 8) * ramp(places[:, 1], *BEFORE_MM)
-    behind = BACKSTEP * np.tanh(ahead / 25) * ramp(places[:, 1], *BEHIND_MM)
-    behind = behind * ramp(ahead, *BACK_MM)
-    around = np.where(ahead > 0, before, behind)
+    # Most of it hangs behind the shoulders, not on them.
+    hangs = ramp(np.abs(places[:, 0]), *BESIDE_MM) * ramp(places[:, 1], *BEHIND_MM)
+    around = -BACKSTEP * hangs * ramp(places[:, 2], *GOES_BACK_MM) * ramp(places[:, 2], *BACK_MM)
     across = (aside + inward)[:, None] * np.array([1.0, 0.0, 0.0])
     down = (1 - 0.6 * parted)[:, None] * np.array([0, -1.0, 0])
     tips = (NECK_MM - places) * np.array([1.0, 0, 1.0])
@@ -148,20 +145,21 @@ NECK_MM, TUCKED_MM = np.array([0.0, 0.0, -120.0]), (-25.0, -70.0)
 """The middle of the neck, and the heights over the eyes between which tips turn towards it."""
 
 
-SPARED_MM, SPARED_M = 13.0, 0.18
-"""What grows so near over the shoulders, at the sides, is no longer than so much: it would lie on
-them in tufts."""
+SPARED_M = 0.18
+"""So long it comes to the shoulders."""
 LIFTED, LIFTED_MM = 1.5, 13.0
 """How much hair at the forehead is combed back, and how deep behind the hairline that ends."""
-SHOULDER_MM, SIDESTEP, BACKSTEP = 116.0, 1.4, 1.2
-"""How far behind the tip of the nose the shoulders are, and how fast hair goes before them or
-behind: what falls straight onto them stays there in a tuft."""
-BEFORE_MM, BEHIND_MM = (-70.0, -145.0), (-30.0, -150.0)
-"""The heights over the eyes between which it does either: above them it covers the neck."""
+SHOULDER_MM, BACKSTEP = 116.0, 0.22
+"""How far behind the tip of the nose the shoulders begin, and how fast hair beside the neck goes
+back as it falls towards them."""
+BESIDE_MM, BEHIND_MM = (35.0, 65.0), (-40.0, -130.0)
+"""Distances from the middle and heights over the eyes between which that begins."""
+GOES_BACK_MM = (-85.0, -150.0)
+"""Distances behind the tip of the nose between which it does: hair before them hangs in front."""
 NAPE_MM = (10.0, -25.0)
 """The heights between which hair leaves the back of the head and hangs."""
-BACK_MM = (-70.0, -35.0)
-"""So far behind them hair goes no further back: it hangs on the back, it does not stand off it."""
+BACK_MM = (-200.0, -165.0)
+"""Between these hair goes no further back: it hangs on the back, it does not stand off it."""
 FACE_MM = ((-200, -66), (-60, -60), (0, -56), (25, -48), (48, -24), (60, 10))
 """Heights over the eyes, and how far behind the tip of the nose hair begins that frames a face."""
 FRAME_MM = (-22.0, 30.0)
@@ -181,15 +179,15 @@ BARE_TEMPLE_MM = 30.0
 """Below which height over the eyes they grow where no fringe lies over their roots."""
 FRAMING_WAVE_M, FRAMING_PAIRS = 0.003, 19
 """They wave at least so far: straight ones are wires. One sees each alone, and every bend of it."""
-LONG_PAIRS, BOB_PAIRS, WAVED_PAIRS = 12, 16, 20
+LONG_PAIRS, BOB_PAIRS, WAVED_PAIRS = 16, 16, 22
 """Fewer, and the outline of a head has corners; a wave is five of them long."""
-AROUND = 0.15
+AROUND = 0.30
 """Hair at the sides of the back is longer by this share of what hangs below the shoulders: its way
 is longer, and all would end in a point."""
 STIFF, SWEPT_STIFF = 0.6, 0.15
 """Of hair that falls, and how much stiffer it is where it is swept aside: it bends from there down
 the temple in an arc, not at a corner."""
-OFF_CLOTH_MM, WAVE_M = 9.0, 0.100
+WAVE_M = 0.100
 FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.06, 0.78
 """Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
 FALLING_OPEN = 0.65
@@ -210,19 +208,12 @@ def off_the_face(places: Places, ahead_mm: float = 0.0) -> Places:
     return np.column_stack([places[:, :2], kept])
 
 
-def off_the_body(places: Places, body: Skin, shift: np.ndarray) -> Places:
-    """Out of the shoulders, as far as hair lies on cloth."""
-    foot, normal = body.nearest((places - shift) / 1000)
-    above = ((places - (1000 * foot + shift)) * normal).sum(1, keepdims=True)
-    inside = (above < OFF_CLOTH_MM) & (above > -60)
-    return places + normal * np.where(inside, OFF_CLOTH_MM - above, 0)
-
-
 def falling(
     length_m: float,
     part_mm: float,
     wave_m: float,
     free: OfPlaces,
+    drape: Drape,
     steps: int = 10,
     near: float = 1.6,
     cut: float = 1.0,
@@ -236,10 +227,9 @@ def falling(
     def length(places: Places) -> np.ndarray:
         """Ends lie about equally low: what grows higher is longer."""
         whole = length_m + places[:, 1] / 1000 * 0.9 - 0.02 * front(places)
-        on_shoulder = np.exp(-(((places[:, 2] + SHOULDER_MM) / SPARED_MM) ** 2))
         aside = ramp(np.abs(places[:, 0]), 10, 65) * ramp(places[:, 2], -SHOULDER_MM, -150)
         past = max(length_m - SPARED_M, 0)
-        return whole + past * (AROUND * aside - on_shoulder * ramp(places[:, 1], 70, 40))
+        return whole + past * AROUND * aside
 
     def volume(places: Places) -> np.ndarray:
         near = np.abs(places[:, 0] - part_mm)
@@ -268,7 +258,7 @@ def falling(
         lambda places: _parted(places, part_mm, tuck, swept), length, volume,
         rise_m=0.026, upright=0.2, weight=1.6, stiff=STIFF + SWEPT_STIFF * swept,
         wave_m=wave_m, wave_length_m=WAVE_M, steps=steps, near=near, cut=cut, edge=FALLING_OPEN,
-        falls=True, parting=parting, hangs=_hangs, free=free, layers=layers,
+        falls=True, parting=parting, hangs=_hangs, free=free, drape=drape, layers=layers,
     )  # fmt: skip
 
 
@@ -280,11 +270,11 @@ def _towards_one(share: float, even: float) -> float:
     return share + even * (1 - share)
 
 
-def off_face_and(body: Skin, shift: np.ndarray, ahead_mm: float = 0.0) -> OfPlaces:
-    return lambda places: off_the_body(off_the_face(places, ahead_mm), body, shift)
+def ahead_of_the_face(ahead_mm: float) -> OfPlaces:
+    return lambda places: off_the_face(places, ahead_mm)
 
 
-def framing(whole: Groom, body: Skin, shift: np.ndarray, fringed: bool) -> Groom:
+def framing(whole: Groom, fringed: bool) -> Groom:
     """What falls beside the face before the rest of a style: without it, hair ends in an edge; one
     sees where it begins, but under a fringe."""
 
@@ -292,7 +282,7 @@ def framing(whole: Groom, body: Skin, shift: np.ndarray, fringed: bool) -> Groom
         temple = ramp(places[:, 2], -115, -75) * ramp(places[:, 1], -10, 20)
         return whole.comb(places) + FRAMING_FORWARD * temple[:, None] * np.array([0, -0.3, 1.0])
 
-    free = off_face_and(body, shift, FRAMING_AHEAD_MM)
+    free = ahead_of_the_face(FRAMING_AHEAD_MM)
     wave_m = max(whole.wave_m, FRAMING_WAVE_M)
     layer = FRAMING if whole.cut == 1 else replace(FRAMING, length=FRAMING_BLUNT)
     return replace(
@@ -330,24 +320,24 @@ FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 29.0, 2.5, 0.28
 """How far it falls before the hairline, how much further at its sides, how far it goes aside."""
 
 
-def long(body: Skin, shift: np.ndarray) -> Groom:
+def long(drape: Drape) -> Groom:
     """Down to the chest, from a parting in the middle."""
-    straight = falling(0.31, 0.0, 0.0012, off_face_and(body, shift, 5.0), 10, swept=0.7)
+    straight = falling(0.31, 0.0, 0.0012, ahead_of_the_face(5.0), drape, 16, swept=0.7)
     return replace(straight, pairs=LONG_PAIRS)
 
 
-def waves(body: Skin, shift: np.ndarray) -> Groom:
+def waves(drape: Drape) -> Groom:
     """Down to the chest, from a parting at one side; its waves come after it is combed."""
     straight = falling(
-        0.32, PART_MM, 0.0012, off_face_and(body, shift, 5.0), 10, near=1.4, swept=0.7
+        0.32, PART_MM, 0.0012, ahead_of_the_face(5.0), drape, 16, near=1.4, swept=0.7
     )
     return replace(straight, pairs=WAVED_PAIRS)
 
 
-def bob(body: Skin, shift: np.ndarray) -> Groom:
+def bob(drape: Drape) -> Groom:
     """Down to the chin, from a parting at one side."""
     straight = falling(
-        0.125, -PART_MM, 0.0010, off_face_and(body, shift, 8.0), 9, cut=0.96, tuck=1.3, even=0.8,
+        0.125, -PART_MM, 0.0010, ahead_of_the_face(8.0), drape, 9, cut=0.96, tuck=1.3, even=0.8,
         swept=0.8,
     )  # fmt: skip
     return replace(straight, pairs=BOB_PAIRS)
