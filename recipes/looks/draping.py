@@ -26,7 +26,7 @@ is kept from going outwards, down the slope of the shoulder: what is above holds
 OFF_CLOTH_MM, INSIDE_MM = 4.5, 60.0
 """The lowest layer lies so far over cloth, others higher by their height on the head; what lies
 deeper in the body than the second is on its other side."""
-SINKS, SINKS_MM, SLOPES = 0.4, (32.0, 12.0), (0.15, 0.45)
+SINKS, SINKS_MM, SLOPES = 0.4, (60.0, 20.0), (0.15, 0.45)
 """By how much hair that has come so near over cloth comes down to it at a time, where that slopes
 by these heights of its normal: it does not shoot past a ridge, but hangs free beside a collar."""
 

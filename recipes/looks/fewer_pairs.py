@@ -8,10 +8,10 @@ import numpy as np
 
 from recipes.looks.cards import Cards
 
-STRAYS_M, FURTHEST_M = 0.0004, 0.050
+STRAYS_M, FURTHEST_M = 0.0008, 0.050
 """How far the edges of a ribbon may go from where they were, and how long its quads may be: light
 is computed at their corners."""
-SHADE_DIFFERS = 0.05
+SHADE_DIFFERS = 0.1
 """How far its brightness may, of 1."""
 WIDTHS_TO_M = 0.010
 """A difference of 1 in the picture's height counts as so much: locks are not to slip along it."""
