@@ -20,9 +20,10 @@ MEETS_MM = (26.0, 6.0)
 """Over cloth, between these distances, hair comes to slide along it."""
 FROM_MM = (-80.0, -115.0)
 """Between these heights over the eyes that begins."""
-ASIDE, DOWN, HELD = 0.9, 0.6, 0.75
+ASIDE, DOWN, HELD = 0.9, 0.6, 1.15
 """How fast it goes forward or back then, and down along the cloth, by its own way; and how far it
-is kept from going outwards, down the slope of the shoulder: what is above holds it."""
+is kept from going outwards, down the slope of the shoulder: what is above holds it, and more than
+all, as it is pushed outwards where it meets that."""
 OFF_CLOTH_MM, INSIDE_MM = 4.5, 60.0
 """The lowest layer lies so far over cloth, others higher by their height on the head; what lies
 deeper in the body than the second is on its other side."""

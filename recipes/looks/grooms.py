@@ -17,6 +17,8 @@ WHORL, WHORL_MM = 2.0, 26.0
 """How much more hair turns round it there, and how far from it."""
 PART_SOFT_MM, PART_ALONG = 3.5, 0.5
 """Hair so near a parting runs partly along it, and covers it."""
+PARTS_TO_MM = (-158.0, -125.0)
+"""Between these distances behind the tip of the nose, before the crown, a parting ends."""
 PART_MM = 27.0
 """How far aside hair is parted that is not parted in the middle."""
 
@@ -232,15 +234,16 @@ def falling(
         return whole + past * AROUND * aside
 
     def volume(places: Places) -> np.ndarray:
-        near = np.abs(places[:, 0] - part_mm)
+        # It is flat along the parting, not where that ends: the crown has no furrow.
+        flat = ramp(np.abs(places[:, 0] - part_mm), 45, 0) * ramp(places[:, 2], *PARTS_TO_MM)
         return (
             0.0045
-            + 0.0095 * top(places) * ramp(near, 0, 45)
+            + 0.0085 * top(places) * (1 - flat)
             + 0.004 * ramp(places[:, 2], -120, -180)
         )
 
     def parting(places: Places) -> np.ndarray:
-        on_top = ramp(places[:, 1], 46, 58) * ramp(places[:, 2], -178, -150)
+        on_top = ramp(places[:, 1], 46, 58) * ramp(places[:, 2], *PARTS_TO_MM)
         return ramp(np.abs(places[:, 0] - part_mm), 11, 1) * on_top
 
     layers = tuple(
@@ -337,7 +340,7 @@ def waves(drape: Drape) -> Groom:
 def bob(drape: Drape) -> Groom:
     """Down to the chin, from a parting at one side."""
     straight = falling(
-        0.125, -PART_MM, 0.0010, ahead_of_the_face(8.0), drape, 9, cut=0.96, tuck=1.3, even=0.8,
+        0.125, -PART_MM, 0.0010, ahead_of_the_face(8.0), drape, 9, tuck=2.4, even=0.5,
         swept=0.8,
     )  # fmt: skip
     return replace(straight, pairs=BOB_PAIRS)
