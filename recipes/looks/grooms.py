@@ -19,6 +19,9 @@ PART_SOFT_MM, PART_ALONG = 3.5, 0.5
 """Hair so near a parting runs partly along it, and covers it."""
 PARTS_TO_MM = (-158.0, -125.0)
 """Between these distances behind the tip of the nose, before the crown, a parting ends."""
+ROUND_MM = (90.0, 5.0)
+"""Between these distances from its middle the top of falling hair comes to its height: level up to
+its sides it has corners."""
 PART_MM = 27.0
 """How far aside hair is parted that is not parted in the middle."""
 
@@ -238,7 +241,7 @@ def falling(
         flat = ramp(np.abs(places[:, 0] - part_mm), 45, 0) * ramp(places[:, 2], *PARTS_TO_MM)
         return (
             0.0045
-            + 0.0085 * top(places) * (1 - flat)
+            + 0.0085 * top(places) * (1 - flat) * ramp(np.abs(places[:, 0]), *ROUND_MM)
             + 0.004 * ramp(places[:, 2], -120, -180)
         )
 
