@@ -7,23 +7,30 @@ from dataclasses import replace
 import numpy as np
 
 from recipes.looks.cards import Cards
+from recipes.looks.scalp import Scalp
 
 STRAYS_M, FURTHEST_M = 0.0008, 0.050
 """How far the edges of a ribbon may go from where they were, and how long its quads may be: light
 is computed at their corners."""
+BESIDE_FACE_MM, FINER = ((-112.0, 62.0), 0.3)
+"""Before the first, behind the tip of the nose, and below the second, over the eyes, one sees
+ribbons one by one, and every corner of them: they may stray but by this share of it."""
 SHADE_DIFFERS = 0.1
 """How far its brightness may, of 1."""
 WIDTHS_TO_M = 0.010
 """A difference of 1 in the picture's height counts as so much: locks are not to slip along it."""
 
 
-def fewer_pairs(cards: Cards) -> Cards:
+def fewer_pairs(scalp: Scalp, cards: Cards) -> Cards:
     """The same cards, without pairs of their ribbons that lie where their neighbours lead."""
     ribbons = _ribbons(cards)
     drop = np.zeros(len(cards.points), bool)
+    _, height, behind = scalp.places(cards.points).T
+    beside = (behind > BESIDE_FACE_MM[0]) & (height < BESIDE_FACE_MM[1])
     measured = _measured(cards)
+    finer = np.where(beside, FINER, 1.0)
     for pairs in ribbons:
-        drop[pairs[~_needed(measured, pairs)]] = True
+        drop[pairs[~_needed(measured, finer, pairs)]] = True
     return _without(cards, ribbons, drop)
 
 
@@ -55,9 +62,10 @@ def _ribbons(cards: Cards) -> list[np.ndarray]:
     return chains
 
 
-def _needed(measured: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+def _needed(measured: np.ndarray, finer: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """(n,) which pairs have to stay (Douglas and Peucker)."""
     ways = measured[pairs].reshape(len(pairs), -1)
+    least = finer[pairs].min(1)
     middle = measured[pairs][:, :, :3].mean(1) * STRAYS_M
     gone = np.r_[0, np.cumsum(np.linalg.norm(np.diff(middle, axis=0), axis=1))]
     needed = np.zeros(len(pairs), bool)
@@ -69,7 +77,7 @@ def _needed(measured: np.ndarray, pairs: np.ndarray) -> np.ndarray:
             continue
         share = ((gone[first + 1 : last] - gone[first]) / (gone[last] - gone[first]))[:, None]
         straight = ways[first] + share * (ways[last] - ways[first])
-        off = np.abs(ways[first + 1 : last] - straight).max(1)
+        off = np.abs(ways[first + 1 : last] - straight).max(1) / least[first + 1 : last]
         at = first + 1 + int(off.argmax())
         if off.max() <= 1 and gone[last] - gone[first] <= FURTHEST_M:
             continue

@@ -173,12 +173,12 @@ behind it: a curtain thins out, a wall does not."""
 EDGE_MM, EDGE_MOST = 7.0, (-2.5, 0.8)
 """How far the line differs from ribbon to ribbon: one line for all would be a curtain's edge; and
 how often as far at most: what stands alone before the others is a wire."""
-FRAMING = Layer(0.0052, 0.0090, DENSE[1:] + FULL, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
+FRAMING = Layer(0.0048, 0.0085, DENSE[1:] + FULL, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
 FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.20
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
 FRAMING_BLUNT = (0.75, 0.95)
 """Their lengths where the others end on one line."""
-FRAMING_EDGE = 0.5
+FRAMING_EDGE = 0.25
 """How deep the hairline is where these are open, by that of others: they would be a net."""
 BARE_TEMPLE_MM = 30.0
 """Below which height over the eyes they grow where no fringe lies over their roots."""
@@ -318,9 +318,9 @@ def fringe() -> Groom:
 
 
 FRINGE = (
-    Layer(0.0066, 0.0096, FULL, 0.80, (0.58, 0.94), 0.20, 0.90, where="forehead"),
-    Layer(0.0050, 0.0082, LOOSE, 0.95, (0.66, 1.04), 0.26, 0.96, where="forehead"),
-    Layer(0.0056, 0.0080, AIRY, 1.02, (0.70, 1.08), 0.30, 0.96, where="forehead"),
+    Layer(0.0056, 0.0090, FULL, 0.80, (0.58, 0.94), 0.20, 0.90, where="forehead"),
+    Layer(0.0042, 0.0074, LOOSE, 0.95, (0.66, 1.04), 0.26, 0.96, where="forehead"),
+    Layer(0.0050, 0.0074, AIRY, 1.02, (0.70, 1.08), 0.30, 0.96, where="forehead"),
 )
 FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 29.0, 2.5, 0.28
 """How far it falls before the hairline, how much further at its sides, how far it goes aside."""

@@ -58,7 +58,7 @@ def finished(scalp: Scalp, name: str, cards: Cards, lanes: np.ndarray) -> Cards:
         cards = without_hidden(cards, lanes, scalp.skin)
     if name in grooms.HANGING:
         cards = dark_underneath(scalp, cards)
-    return cards if name in curls.CURLS else fewer_pairs(cards)
+    return cards if name in curls.CURLS else fewer_pairs(scalp, cards)
 
 
 def styles(scalp: Scalp, shapes: np.ndarray) -> dict[str, Cards]:
