@@ -9,10 +9,10 @@ import numpy as np
 from recipes.looks.cards import Cards
 from recipes.looks.scalp import Scalp
 
-STRAYS_M, FURTHEST_M = 0.0008, 0.050
+STRAYS_M, FURTHEST_M = 0.0013, 0.060
 """How far the edges of a ribbon may go from where they were, and how long its quads may be: light
 is computed at their corners."""
-BESIDE_FACE_MM, FINER = ((-112.0, 62.0), 0.3)
+BESIDE_FACE_MM, FINER = ((-112.0, 62.0), 0.25)
 """Before the first, behind the tip of the nose, and below the second, over the eyes, one sees
 ribbons one by one, and every corner of them: they may stray but by this share of it."""
 SHADE_DIFFERS = 0.1

@@ -184,7 +184,7 @@ BARE_TEMPLE_MM = 30.0
 """Below which height over the eyes they grow where no fringe lies over their roots."""
 FRAMING_WAVE_M, FRAMING_PAIRS = 0.003, 19
 """They wave at least so far: straight ones are wires. One sees each alone, and every bend of it."""
-LONG_PAIRS, BOB_PAIRS, WAVED_PAIRS = 16, 16, 22
+LONG_PAIRS, BOB_PAIRS, WAVED_PAIRS = 16, 16, 20
 """Fewer, and the outline of a head has corners; a wave is five of them long."""
 AROUND = 0.30
 """Hair at the sides of the back is longer by this share of what hangs below the shoulders: its way
