@@ -1,4 +1,4 @@
-"""Long hair meets the shoulders: it slides along them, before their ridge or behind it, and lies."""
+"""Long hair that meets the shoulders slides along them, before them or behind, and lies there."""
 
 from __future__ import annotations
 
