@@ -10,6 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from recipes.looks.cards import Cards
+from recipes.looks.draping import Drape
 from recipes.looks.ribbons import ribbons, together
 from recipes.looks.scalp import DEEP_MM, Places, Roots, Scalp, shell
 from recipes.looks.strand_lanes import (
@@ -60,9 +61,6 @@ CLING = 0.5
 """How fast strands come down to the height that they should lie at."""
 OFF_SKIN_M = 0.004
 """How far they stay off neck and ears."""
-TIP_FALLS, TIP_M, TIPS_BELOW_MM, STUB = 0.90, 0.11, -50.0, 0.45
-"""Ribbons end where their tips, of the second length and below the third height over the eyes, fall
-by less of their way; those of which no more than the last share is left are left out."""
 HEAVY_M = 0.10
 """Of hair that falls, shorter ribbons are drawn down less: they are the fine hair at its edge."""
 UNBENT, UNBENT_TIMES, HUNG_MM = 0.5, 3, (55.0, 25.0)
@@ -203,6 +201,8 @@ class Groom:
         (n,) 0..1 where hair hangs free although it grows there, as at the nape below what falls.
     free : function of Places
         (n, 3) mm: places moved out of what hair may not go through beside the skin.
+    drape : Drape or None
+        What it lies on that falls to the shoulders.
     layers : tuple of Layer
     """
 
@@ -226,6 +226,7 @@ class Groom:
     parting: OfPlaces = field(default=lambda places: np.zeros(len(places)))
     hangs: OfPlaces = field(default=lambda places: np.zeros(len(places)))
     free: OfPlaces = field(default=lambda places: places)
+    drape: Drape | None = None
     layers: tuple[Layer, ...] = LAYERS
 
 
@@ -316,13 +317,9 @@ def _grown(
     if groom.falls and steps == groom.steps:
         heights_mm = scalp.places(paths)[..., 1]
         paths = _unbent(paths, heights_mm)
-        share = _falling_share(paths, heights_mm)
-        kept = share > STUB
-        roots, length, short, share = roots[kept], length[kept], short[kept], share[kept]
         at = np.linspace(0, 1, groom.pairs) ** groom.near if groom.pairs else t
-        paths, normals = (_along_them(each[kept], t, share, at) for each in (paths, normals))
-        t, length = at, length * share
-    start, places, count = roots.points, roots.places, len(roots)
+        paths, normals = (_along_them(each, t, at) for each in (paths, normals))
+        t = at
     within_edge = _within(roots.depth)
     slender = SLENDER * (CLOSED_BY if layer.lanes == DENSE else 1)
     wide = np.minimum(layer.width_m, slender * length + SLENDEREST_M)
@@ -342,7 +339,7 @@ def _grown(
         least + (1 - least) * np.clip(along / dark, 0, 1)
     )
     shade = shade * (_patches(places) * rng.uniform(UNEVEN, 1.0, count))[:, None]
-    index, weights = _hung(scalp, start, paths)
+    index, weights = _hung(scalp, roots.points, paths)
     skin = scalp.fitting.skin
     # Fine hair over the hairline stays open, or one sees where it ends.
     edge = max(groom.edge, 1.0) if layer.where == "hairline" else groom.edge
@@ -359,22 +356,9 @@ def _unbent(paths: np.ndarray, heights_mm: np.ndarray) -> np.ndarray:
     return paths
 
 
-def _falling_share(paths: np.ndarray, heights_mm: np.ndarray) -> np.ndarray:
-    """(n,) of their length: up to where their tips fall no longer, as on shoulders, where they
-    would lie in tufts."""
-    ways = np.diff(paths, axis=1)
-    long = np.linalg.norm(ways, axis=2)
-    whole = long.sum(1)
-    gone = np.cumsum(long, axis=1) - long
-    tips = (whole[:, None] - gone < TIP_M) & (heights_mm[:, 1:] < TIPS_BELOW_MM)
-    lies = tips & (ways[..., 1] > -TIP_FALLS * long)
-    return np.where(lies, gone / whole[:, None], 1.0).min(1)
-
-
-def _along_them(paths: np.ndarray, t: np.ndarray, share: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """(n, k, 3) paths, given at `t`, up to that share of their length, at places `at`, 0..1."""
-    ways = (CubicSpline(t, path) for path in paths)
-    return np.stack([way(at * part) for way, part in zip(ways, share, strict=True)])
+def _along_them(paths: np.ndarray, t: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(n, k, 3) paths, given at `t`, at places `at`, 0..1."""
+    return CubicSpline(t, paths, axis=1)(at)
 
 
 def _hung(scalp: Scalp, start: np.ndarray, paths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -463,6 +447,9 @@ def _combed(
         drawn = groom.weight * t * heavy * np.array([0, -1.0, 0])
         wanted = unit(comb + bent * sideways + drawn)
         direction = unit(groom.stiff * direction + (1 - groom.stiff) * wanted)
+        lies, under = np.zeros((count, 1)), normal
+        if groom.drape:
+            direction, lies, under = groom.drape.led(places, direction)
         point = point + stride * direction
         foot, normal = scalp.skin.nearest(point)
         above = ((point - foot) * normal).sum(1, keepdims=True)
@@ -471,7 +458,11 @@ def _combed(
         wanted_height = over * (1 - np.exp(-gone / rise))
         lifted = np.where(above < wanted_height, 1.0, CLING * hold)
         point = point + normal * (wanted_height - above) * lifted
-        point = (groom.free(scalp.places(point)) - scalp.shift) / 1000
+        places = groom.free(scalp.places(point))
+        if groom.drape:
+            places = groom.drape.out_of(places, 1000 * height[:, None])
+            normal = unit(normal + lies * (under - normal))
+        point = (places - scalp.shift) / 1000
         if step % SUBSTEPS == 0:
             paths.append(point)
             normals.append(normal)

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from recipes.looks.draping import Drape
 from recipes.looks.groom import LAYERS, SHORT_LAYERS, Groom, Layer, OfPlaces
 from recipes.looks.scalp import Places, depth_mm, grows
 from recipes.looks.strand_lanes import AIRY, DENSE, FULL, LOOSE
-from recipes.looks.surface import Skin
 
 CROWN = np.array([9.0, 92.0, -158.0])
 """Where the whorl of the hair is."""
@@ -17,6 +17,11 @@ WHORL, WHORL_MM = 2.0, 26.0
 """How much more hair turns round it there, and how far from it."""
 PART_SOFT_MM, PART_ALONG = 3.5, 0.5
 """Hair so near a parting runs partly along it, and covers it."""
+PARTS_TO_MM = (-158.0, -125.0)
+"""Between these distances behind the tip of the nose, before the crown, a parting ends."""
+ROUND_MM = (90.0, 5.0)
+"""Between these distances from its middle the top of falling hair comes to its height: level up to
+its sides it has corners."""
 PART_MM = 27.0
 """How far aside hair is parted that is not parted in the middle."""
 
@@ -131,12 +136,9 @@ def _parted(places: Places, part_mm: float, tuck: float, swept: float) -> np.nda
     # On the back it hangs straight.
     on_back = ramp(places[:, 2], -SHOULDER_MM, -SHOULDER_MM - 30) * ramp(places[:, 1], -70, -120)
     inward = inward * (1 - on_back)
-    # Before the shoulders or behind them, not over them.
-    ahead = places[:, 2] + SHOULDER_MM
-    before = SIDESTEP * np.tanh(ahead / 8) * ramp(places[:, 1], *BEFORE_MM)
-    behind = BACKSTEP * np.tanh(ahead / 25) * ramp(places[:, 1], *BEHIND_MM)
-    behind = behind * ramp(ahead, *BACK_MM)
-    around = np.where(ahead > 0, before, behind)
+    # Most of it hangs behind the shoulders, not on them.
+    hangs = ramp(np.abs(places[:, 0]), *BESIDE_MM) * ramp(places[:, 1], *BEHIND_MM)
+    around = -BACKSTEP * hangs * ramp(places[:, 2], *GOES_BACK_MM) * ramp(places[:, 2], *BACK_MM)
     across = (aside + inward)[:, None] * np.array([1.0, 0.0, 0.0])
     down = (1 - 0.6 * parted)[:, None] * np.array([0, -1.0, 0])
     tips = (NECK_MM - places) * np.array([1.0, 0, 1.0])
@@ -148,20 +150,21 @@ NECK_MM, TUCKED_MM = np.array([0.0, 0.0, -120.0]), (-25.0, -70.0)
 """The middle of the neck, and the heights over the eyes between which tips turn towards it."""
 
 
-SPARED_MM, SPARED_M = 13.0, 0.18
-"""What grows so near over the shoulders, at the sides, is no longer than so much: it would lie on
-them in tufts."""
+SPARED_M = 0.18
+"""So long it comes to the shoulders."""
 LIFTED, LIFTED_MM = 1.5, 13.0
 """How much hair at the forehead is combed back, and how deep behind the hairline that ends."""
-SHOULDER_MM, SIDESTEP, BACKSTEP = 116.0, 1.4, 1.2
-"""How far behind the tip of the nose the shoulders are, and how fast hair goes before them or
-behind: what falls straight onto them stays there in a tuft."""
-BEFORE_MM, BEHIND_MM = (-70.0, -145.0), (-30.0, -150.0)
-"""The heights over the eyes between which it does either: above them it covers the neck."""
+SHOULDER_MM, BACKSTEP = 116.0, 0.22
+"""How far behind the tip of the nose the shoulders begin, and how fast hair beside the neck goes
+back as it falls towards them."""
+BESIDE_MM, BEHIND_MM = (35.0, 65.0), (-40.0, -130.0)
+"""Distances from the middle and heights over the eyes between which that begins."""
+GOES_BACK_MM = (-85.0, -150.0)
+"""Distances behind the tip of the nose between which it does: hair before them hangs in front."""
 NAPE_MM = (10.0, -25.0)
 """The heights between which hair leaves the back of the head and hangs."""
-BACK_MM = (-70.0, -35.0)
-"""So far behind them hair goes no further back: it hangs on the back, it does not stand off it."""
+BACK_MM = (-200.0, -165.0)
+"""Between these hair goes no further back: it hangs on the back, it does not stand off it."""
 FACE_MM = ((-200, -66), (-60, -60), (0, -56), (25, -48), (48, -24), (60, 10))
 """Heights over the eyes, and how far behind the tip of the nose hair begins that frames a face."""
 FRAME_MM = (-22.0, 30.0)
@@ -170,26 +173,26 @@ behind it: a curtain thins out, a wall does not."""
 EDGE_MM, EDGE_MOST = 7.0, (-2.5, 0.8)
 """How far the line differs from ribbon to ribbon: one line for all would be a curtain's edge; and
 how often as far at most: what stands alone before the others is a wire."""
-FRAMING = Layer(0.0040, 0.0075, DENSE[1:] + FULL, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
+FRAMING = Layer(0.0048, 0.0085, DENSE[1:] + FULL, 1.1, (0.2, 0.9), 0.20, 0.97, where="temples")
 FRAMING_AHEAD_MM, FRAMING_FORWARD = 5.0, 0.20
 """Fine ribbons of all lengths that fall beside the face, this far before the others."""
 FRAMING_BLUNT = (0.75, 0.95)
 """Their lengths where the others end on one line."""
-FRAMING_EDGE = 0.5
+FRAMING_EDGE = 0.25
 """How deep the hairline is where these are open, by that of others: they would be a net."""
 BARE_TEMPLE_MM = 30.0
 """Below which height over the eyes they grow where no fringe lies over their roots."""
 FRAMING_WAVE_M, FRAMING_PAIRS = 0.003, 19
 """They wave at least so far: straight ones are wires. One sees each alone, and every bend of it."""
-LONG_PAIRS, BOB_PAIRS, WAVED_PAIRS = 12, 16, 20
+LONG_PAIRS, BOB_PAIRS, WAVED_PAIRS = 16, 16, 20
 """Fewer, and the outline of a head has corners; a wave is five of them long."""
-AROUND = 0.15
+AROUND = 0.30
 """Hair at the sides of the back is longer by this share of what hangs below the shoulders: its way
 is longer, and all would end in a point."""
 STIFF, SWEPT_STIFF = 0.6, 0.15
 """Of hair that falls, and how much stiffer it is where it is swept aside: it bends from there down
 the temple in an arc, not at a corner."""
-OFF_CLOTH_MM, WAVE_M = 9.0, 0.100
+WAVE_M = 0.100
 FALLING_WIDTH, FALLING_APART, FALLING_EDGE = 1.3, 1.06, 0.78
 """Long hair needs fewer and wider ribbons, and fewer at its edge and parting."""
 FALLING_OPEN = 0.65
@@ -210,19 +213,12 @@ def off_the_face(places: Places, ahead_mm: float = 0.0) -> Places:
     return np.column_stack([places[:, :2], kept])
 
 
-def off_the_body(places: Places, body: Skin, shift: np.ndarray) -> Places:
-    """Out of the shoulders, as far as hair lies on cloth."""
-    foot, normal = body.nearest((places - shift) / 1000)
-    above = ((places - (1000 * foot + shift)) * normal).sum(1, keepdims=True)
-    inside = (above < OFF_CLOTH_MM) & (above > -60)
-    return places + normal * np.where(inside, OFF_CLOTH_MM - above, 0)
-
-
 def falling(
     length_m: float,
     part_mm: float,
     wave_m: float,
     free: OfPlaces,
+    drape: Drape,
     steps: int = 10,
     near: float = 1.6,
     cut: float = 1.0,
@@ -236,21 +232,21 @@ def falling(
     def length(places: Places) -> np.ndarray:
         """Ends lie about equally low: what grows higher is longer."""
         whole = length_m + places[:, 1] / 1000 * 0.9 - 0.02 * front(places)
-        on_shoulder = np.exp(-(((places[:, 2] + SHOULDER_MM) / SPARED_MM) ** 2))
         aside = ramp(np.abs(places[:, 0]), 10, 65) * ramp(places[:, 2], -SHOULDER_MM, -150)
         past = max(length_m - SPARED_M, 0)
-        return whole + past * (AROUND * aside - on_shoulder * ramp(places[:, 1], 70, 40))
+        return whole + past * AROUND * aside
 
     def volume(places: Places) -> np.ndarray:
-        near = np.abs(places[:, 0] - part_mm)
+        # It is flat along the parting, not where that ends: the crown has no furrow.
+        flat = ramp(np.abs(places[:, 0] - part_mm), 45, 0) * ramp(places[:, 2], *PARTS_TO_MM)
         return (
             0.0045
-            + 0.0095 * top(places) * ramp(near, 0, 45)
+            + 0.0085 * top(places) * (1 - flat) * ramp(np.abs(places[:, 0]), *ROUND_MM)
             + 0.004 * ramp(places[:, 2], -120, -180)
         )
 
     def parting(places: Places) -> np.ndarray:
-        on_top = ramp(places[:, 1], 46, 58) * ramp(places[:, 2], -178, -150)
+        on_top = ramp(places[:, 1], 46, 58) * ramp(places[:, 2], *PARTS_TO_MM)
         return ramp(np.abs(places[:, 0] - part_mm), 11, 1) * on_top
 
     layers = tuple(
@@ -268,7 +264,7 @@ def falling(
         lambda places: _parted(places, part_mm, tuck, swept), length, volume,
         rise_m=0.026, upright=0.2, weight=1.6, stiff=STIFF + SWEPT_STIFF * swept,
         wave_m=wave_m, wave_length_m=WAVE_M, steps=steps, near=near, cut=cut, edge=FALLING_OPEN,
-        falls=True, parting=parting, hangs=_hangs, free=free, layers=layers,
+        falls=True, parting=parting, hangs=_hangs, free=free, drape=drape, layers=layers,
     )  # fmt: skip
 
 
@@ -280,11 +276,11 @@ def _towards_one(share: float, even: float) -> float:
     return share + even * (1 - share)
 
 
-def off_face_and(body: Skin, shift: np.ndarray, ahead_mm: float = 0.0) -> OfPlaces:
-    return lambda places: off_the_body(off_the_face(places, ahead_mm), body, shift)
+def ahead_of_the_face(ahead_mm: float) -> OfPlaces:
+    return lambda places: off_the_face(places, ahead_mm)
 
 
-def framing(whole: Groom, body: Skin, shift: np.ndarray, fringed: bool) -> Groom:
+def framing(whole: Groom, fringed: bool) -> Groom:
     """What falls beside the face before the rest of a style: without it, hair ends in an edge; one
     sees where it begins, but under a fringe."""
 
@@ -292,7 +288,7 @@ def framing(whole: Groom, body: Skin, shift: np.ndarray, fringed: bool) -> Groom
         temple = ramp(places[:, 2], -115, -75) * ramp(places[:, 1], -10, 20)
         return whole.comb(places) + FRAMING_FORWARD * temple[:, None] * np.array([0, -0.3, 1.0])
 
-    free = off_face_and(body, shift, FRAMING_AHEAD_MM)
+    free = ahead_of_the_face(FRAMING_AHEAD_MM)
     wave_m = max(whole.wave_m, FRAMING_WAVE_M)
     layer = FRAMING if whole.cut == 1 else replace(FRAMING, length=FRAMING_BLUNT)
     return replace(
@@ -322,32 +318,32 @@ def fringe() -> Groom:
 
 
 FRINGE = (
-    Layer(0.0047, 0.0076, FULL, 0.80, (0.58, 0.94), 0.20, 0.90, where="forehead"),
-    Layer(0.0034, 0.0066, LOOSE, 0.95, (0.66, 1.04), 0.26, 0.96, where="forehead"),
-    Layer(0.0038, 0.0066, AIRY, 1.02, (0.70, 1.08), 0.30, 0.96, where="forehead"),
+    Layer(0.0056, 0.0090, FULL, 0.80, (0.58, 0.94), 0.20, 0.90, where="forehead"),
+    Layer(0.0042, 0.0074, LOOSE, 0.95, (0.66, 1.04), 0.26, 0.96, where="forehead"),
+    Layer(0.0050, 0.0074, AIRY, 1.02, (0.70, 1.08), 0.30, 0.96, where="forehead"),
 )
 FRINGE_MM, FRINGE_LONGER_MM, FRINGE_ASIDE = 29.0, 2.5, 0.28
 """How far it falls before the hairline, how much further at its sides, how far it goes aside."""
 
 
-def long(body: Skin, shift: np.ndarray) -> Groom:
+def long(drape: Drape) -> Groom:
     """Down to the chest, from a parting in the middle."""
-    straight = falling(0.31, 0.0, 0.0012, off_face_and(body, shift, 5.0), 10, swept=0.7)
+    straight = falling(0.31, 0.0, 0.0012, ahead_of_the_face(5.0), drape, 16, swept=0.7)
     return replace(straight, pairs=LONG_PAIRS)
 
 
-def waves(body: Skin, shift: np.ndarray) -> Groom:
+def waves(drape: Drape) -> Groom:
     """Down to the chest, from a parting at one side; its waves come after it is combed."""
     straight = falling(
-        0.32, PART_MM, 0.0012, off_face_and(body, shift, 5.0), 10, near=1.4, swept=0.7
+        0.32, PART_MM, 0.0012, ahead_of_the_face(5.0), drape, 16, near=1.4, swept=0.7
     )
     return replace(straight, pairs=WAVED_PAIRS)
 
 
-def bob(body: Skin, shift: np.ndarray) -> Groom:
+def bob(drape: Drape) -> Groom:
     """Down to the chin, from a parting at one side."""
     straight = falling(
-        0.125, -PART_MM, 0.0010, off_face_and(body, shift, 8.0), 9, cut=0.96, tuck=1.3, even=0.8,
+        0.125, -PART_MM, 0.0010, ahead_of_the_face(8.0), drape, 9, tuck=2.4, even=0.5,
         swept=0.8,
     )  # fmt: skip
     return replace(straight, pairs=BOB_PAIRS)

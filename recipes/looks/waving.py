@@ -14,7 +14,7 @@ WAVE_MM, SHORTER = 112.0, 0.20
 """From crest to crest, and how much shorter waves are at the tips."""
 FROM_MM = (10.0, -120.0)
 """Heights over the eyes between which waves grow: near its root hair lies flat."""
-ASIDE_MM, OUT_MM = 9.0, 6.5
+ASIDE_MM, OUT_MM = 10.0, 7.0
 """How far hair goes to either side, and off the head, never towards it."""
 INWARD_MM, FACE_MM = 0.5, (-105.0, -75.0)
 """How far waves lead hair over the face at most, and between which distances behind the tip of the

@@ -14,6 +14,8 @@ from recipes.looks.beside_face import beside_face
 from recipes.looks.canvas import Canvas, save
 from recipes.looks.cards import Cards, Fitting
 from recipes.looks.cuts import CUTS
+from recipes.looks.draping import Drape
+from recipes.looks.fewer_pairs import fewer_pairs
 from recipes.looks.over_ears import over_ears, without_ears
 from recipes.looks.ribbons import together
 from recipes.looks.roots import roots
@@ -41,10 +43,7 @@ def bake_hair(fitting: Fitting, canvas: Canvas, folder: Path) -> None:
     scalp = Scalp(fitting, canvas.millimetres[: len(fitting.skin)])
     lanes = strand_lanes.picture()
     for name, cards in styles(scalp, canvas.head.expression_basis).items():
-        if name in DEEP:
-            cards = without_hidden(cards, lanes, scalp.skin)
-        if name in grooms.HANGING:
-            cards = dark_underneath(scalp, cards)
+        cards = finished(scalp, name, cards, lanes)
         write_hair(folder, fitting, name, cards)
         print(f"{name}: {len(cards.points)} vertices")
     save(folder / "strands.webp", lanes, 78)
@@ -53,18 +52,27 @@ def bake_hair(fitting: Fitting, canvas: Canvas, folder: Path) -> None:
     save(folder / "roots.webp", roots(canvas), 60)
 
 
+def finished(scalp: Scalp, name: str, cards: Cards, lanes: np.ndarray) -> Cards:
+    """A style without what nobody sees, and in its own shade."""
+    if name in DEEP:
+        cards = without_hidden(cards, lanes, scalp.skin)
+    if name in grooms.HANGING:
+        cards = dark_underneath(scalp, cards)
+    return cards if name in curls.CURLS else fewer_pairs(scalp, cards)
+
+
 def styles(scalp: Scalp, shapes: np.ndarray) -> dict[str, Cards]:
     """Every style's cards, by its name; `shapes` as for `beside_face`."""
     face = scalp.fitting.face
     worn = reduce(together, (clothes.shirt(face, cut).cards for cut in CUTS.values()))
-    body = Skin(worn.points, worn.quads)  # what hair lies on, whichever shirt it is
+    drape = Drape(Skin(worn.points, worn.quads), scalp.shift)
     earless = without_ears(scalp.lined(WIDE))
     tied = groom.grown(scalp, grooms.tied())
     made = {name: groom.grown(scalp, style()) for name, style in grooms.GROOMS.items()}
     for name, style in grooms.FALLING.items():
-        whole = style(body, scalp.shift)
+        whole = style(drape)
         fringed = name in grooms.FRINGED
-        before = grooms.framing(whole, body, scalp.shift, fringed)
+        before = grooms.framing(whole, fringed)
         before = groom.ribbons_of(earless, before)
         if fringed:
             before = together(before, groom.ribbons_of(scalp, grooms.fringe()))

@@ -37,6 +37,12 @@ class Finish:
     relief : float
         Share of the slope of its normal map. Light that scatters in skin sees blunter normals than
         what it mirrors; other programs have one normal for both, and skin turns to leather.
+    least_roughness : float
+        Of its surface too. Strands shine across their direction, which other programs do not draw:
+        with the round shine that these have, smooth hair is plastic.
+    lifted : float
+        The power of its surface's colour; less than 1 lightens what is dark, and only that. Curls
+        that only their shine tells apart are a black helmet without it.
     """
 
     roughness: float = 0.5
@@ -45,6 +51,8 @@ class Finish:
     both_sides: bool = False
     kept: tuple[float, float, float] = (1.0, 1.0, 1.0)
     relief: float = 1.0
+    least_roughness: float = 0.0
+    lifted: float = 1.0
 
 
 FINISHES = {
@@ -55,7 +63,7 @@ FINISHES = {
     "gums": Finish(0.35, 0.25),
     "tongue": Finish(0.45, 0.25, both_sides=True),
     "eyeball": Finish(0.25, 0.5, clearcoat=1.0, kept=(0.55, 0.55, 0.55)),
-    "hair": Finish(0.8, 0.2, both_sides=True),
+    "hair": Finish(0.8, 0.2, both_sides=True, least_roughness=0.75, lifted=0.85),
     # Of all light that skin beside them mirrors too: black brows turn blue under a bright sky.
     "brows": Finish(0.8, 0.06, both_sides=True),
     "lashes": Finish(0.8, 0.06, both_sides=True),
@@ -128,9 +136,12 @@ def _add_material(
     if surface is not None:
         record["doubleSided"] = surface.both_sides
         record["pbrMetallicRoughness"] |= {
-            "roughnessFactor": surface.roughness_factor,
+            "roughnessFactor": max(surface.roughness_factor, finish.least_roughness),
             "baseColorFactor": [
-                *(kept * float(c) for kept, c in zip(finish.kept, surface.tint, strict=True)),
+                *(
+                    kept * float(c) ** finish.lifted
+                    for kept, c in zip(finish.kept, surface.tint, strict=True)
+                ),
                 1.0,
             ],
         }
