@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-UPPER_WIDTHS_MM = (8.5, 6.6, 7.6, 7.0, 6.8, 10.0, 9.4)
-UPPER_HEIGHTS_MM = (10.2, 9.0, 10.0, 9.2, 8.6, 7.8, 7.2)
+UPPER_WIDTHS_MM = (8.6, 6.5, 7.5, 7.0, 6.8, 10.0, 9.4)
+UPPER_HEIGHTS_MM = (10.6, 9.2, 10.2, 9.0, 8.4, 7.8, 7.2)
 UPPER_DEPTHS_MM = (6.0, 5.6, 7.2, 8.6, 8.8, 10.4, 10.2)
 LOWER_WIDTHS_MM = (5.4, 5.9, 6.8, 7.0, 7.1, 10.6, 10.2)
 LOWER_HEIGHTS_MM = (8.6, 8.8, 9.8, 8.2, 7.8, 7.0, 6.6)
@@ -24,18 +24,23 @@ LEVELS = np.array([0.0, 0.35, 0.68, 0.9, 1.0])
 """Heights of the rings, as shares of the crown's."""
 SIDE_OF_FRONT = 0.33
 """Where the faces of two neighbours meet between their backs (-1) and fronts (1)."""
-CORNERS_MM = ((0.50, 1.25), (0.95, 1.50), (1.10, 1.50), (1.10, 1.20), (0.90, 0.95))
+ROUNDNESS = 2.6
+"""Exponent of how the face of a crown turns away towards its sides: 2 is a circle's."""
+CORNERS_MM = ((0.55, 1.50), (0.95, 1.80), (1.30, 1.80), (1.20, 1.30), (0.90, 0.95))
 """How much lower than its middle the edge of a crown is at either side, towards the middle of the
 arch and away from it: two incisors, canine, two premolars."""
 LOWER_FALL = 0.45
 """Of that fall, what the teeth of the lower jaw have."""
-SHARPNESS = (3.0, 2.6, 1.25, 1.4, 1.5)
+SHARPNESS = (3.2, 2.6, 1.35, 1.4, 1.5)
 """Exponent of that fall: 1 is a point, more an edge with round corners."""
-TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.55
+WIDENING = ((0.74, 0.89, 0.99, 1.0, 0.94), (0.80, 0.93, 0.99, 1.0, 0.95))
+"""Widths at those levels, as shares of the widest: of front teeth and of the others. They touch
+near their edges and leave room for the gum above."""
+TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.30
 """How far edges lean and turn inwards, and the valley between a molar's cusps."""
-PAPILLA_MM = 2.1
+PAPILLA_MM = 2.7
 """How far the gum reaches down between two crowns."""
-COVERED_MM = 1.2
+COVERED_MM = 0.9
 """How much of a crown the gum covers in its middle: a wide smile shows its edge."""
 SEEN_GAP = 0.45
 """Of the dark between two crowns, what reaches the faces beside it."""
@@ -51,7 +56,7 @@ TONES = (
     (0.96, 0.94, 0.90),
 )
 """What is left of red, green and blue: canines are yellowest, and no two neighbours are alike."""
-SHORT_MM = (0.0, 0.8, 0.2, 0.75, 1.0, 1.3, 1.5)
+SHORT_MM = (0.0, 0.9, 0.25, 0.8, 1.1, 1.4, 1.6)
 """How far each crown stays short of the biting plane: the edges of a smile, no fangs."""
 SLIM = 0.992
 """Share of its place in the arch that a crown fills: the rest is the dark between two."""
@@ -117,14 +122,14 @@ def crown(
     and molars end in a dented top.
     """
     front = place < 3
-    widths = np.interp(LEVELS, [0, 0.4, 0.75, 0.92, 1], [0.80, 0.94, 1.0, 1.0, 0.95])
+    widths = np.interp(LEVELS, [0, 0.35, 0.68, 0.9, 1], WIDENING[0 if front else 1])
     if front:
         depths = np.interp(LEVELS, [0, 0.3, 0.8, 0.92, 1], [1.0, 0.92, 0.46, 0.31, 0.17])
     else:
         depths = np.interp(LEVELS, [0, 0.4, 0.8, 0.92, 1], [0.88, 1.0, 0.94, 0.84, 0.66])
     across = UPPER_ACROSS if upper else LOWER_ACROSS
     seen = np.arange(AROUND) < (UPPER_SEEN if upper else LOWER_SEEN)
-    bulge = np.abs(across) ** 3.2
+    bulge = np.abs(across) ** ROUNDNESS
     round_it = np.where(seen, 1 - (1 - SIDE_OF_FRONT) * bulge, -1 + 0.5 * bulge)
     fall = _edge_fall_mm(across, place) * (1.0 if upper else LOWER_FALL)
     vertices, shade = [], []
