@@ -101,6 +101,8 @@ deepens."""
 PRESSED_CHIN = (Pull((0, -90), (0, 2.0, 1.0), (15, 9)),)
 SMILE_ARC_M = 0.0013
 """How far lips lie under the straight line from the middle to a corner of a smile."""
+SMILE_UP_M = 0.0020
+"""How far the middle of both lips rises in a smile: it shows more of the upper teeth."""
 SMILE_ARC, SMILE_RISE, SMILE_THIN = 2.0, 1.1, (0, 0.15, 0.3)
 """Near the corners of a smile: the power of the way to the corner by which the lips bend, how high
 the corner rises, of MakeHuman's, and shares of their height and depth that lips lose."""
@@ -116,10 +118,10 @@ SHRUG_FORWARD_M = 0.0022
 """How far the upper lip is pushed out in a shrug."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = -0.0003, 0.0011, 0.04
-"""How far the lower lip covers the incisors' edges in f (it stays below them, as teeth of random
-faces lie up to a millimetre lower), how far the upper one rises, and the jaw's opening that this is
-made for."""
+BITE_M, BITE_BEFORE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.0005, 0.0006, 0.0013, 0.04
+"""How far the lower lip covers the incisors' edges in f, and how far before them it lies (teeth of
+random faces stand up to half a millimetre lower and further out), how far the upper one rises, and
+the jaw's opening that this is made for."""
 ROLLED, ROLLED_REACH, LIFTED_REACH = (0.55, 0.60), (0.0235, 0.6), (0.0170, 1.8)
 """What is left of the lower lip's height and fullness then, and how far to the sides it is rolled
 in and the upper one lifted; see `reach`."""
@@ -197,7 +199,7 @@ def _curved(face: NeutralFace) -> np.ndarray:
     """Both lips lower between the middle and the corners: a smile is an arc, no angle."""
     across = np.abs(face.lips.across)
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
-    moves[:, :, 1] = -SMILE_ARC_M * 4 * across * (1 - across)
+    moves[:, :, 1] = SMILE_UP_M * (1 - across**2) - SMILE_ARC_M * 4 * across * (1 - across)
     return face.lips.field(moves)
 
 
@@ -356,7 +358,7 @@ def _labiodental(face: NeutralFace) -> np.ndarray:
     middle_vertex = lips.rings[CONTACT_RING, 19]
     drop = LABIODENTAL_JAW * _jaw_open(face)[face.skin_slice][middle_vertex]
     contact = face.skin[middle_vertex] + drop
-    goal = np.array([0, edge + BITE_M - contact[1], front + 0.0002 - contact[2]])
+    goal = np.array([0, edge + BITE_M - contact[1], front + BITE_BEFORE_M - contact[2]])
     bitten = reach(lips, *BITTEN_REACH)[lower][:, None]
     moves[:, lower] = rolled[:, lower] + lower_follow[:, None, None] * goal * bitten
     lift = np.array([0, LABIODENTAL_LIFT_M, 0.0006])

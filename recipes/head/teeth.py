@@ -38,7 +38,7 @@ WIDENING = ((0.74, 0.89, 0.99, 1.0, 0.94), (0.80, 0.93, 0.99, 1.0, 0.95))
 near their edges and leave room for the gum above."""
 TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.30
 """How far edges lean and turn inwards, and the valley between a molar's cusps."""
-PAPILLA_MM = 2.7
+PAPILLA_MM = 3.6
 """How far the gum reaches down between two crowns."""
 COVERED_MM = 0.9
 """How much of a crown the gum covers in its middle: a wide smile shows its edge."""

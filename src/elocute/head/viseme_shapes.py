@@ -34,13 +34,13 @@ VISEME_SHAPES: dict[str, dict[str, float]] = {
     },
     "kk": {"jawOpen": 0.25},
     "CH": {
-        "jawOpen": 0.045,
+        "jawOpen": 0.055,
         "mouthFunnel": 0.30,
         "mouthPucker": 0.30,
         **_both("mouthLowerDown", 0.06),
     },
     "SS": {
-        "jawOpen": 0.045,
+        "jawOpen": 0.055,
         **_both("mouthLowerDown", 0.20),
         **_both("mouthUpperUp", 0.06),
         **_both("mouthStretch", 0.23),
