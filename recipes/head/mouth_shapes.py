@@ -25,6 +25,7 @@ FUNNEL = Aperture(
     thickness=0.92,
     taper=0.30,
     roundness=0.75,
+    corner_full=0.6,
 )
 PUCKER = Aperture(
     half_width=7.0,
@@ -40,6 +41,7 @@ PUCKER = Aperture(
     roundness=0.85,
     hole=0.78,
     pinch=0.5,
+    corner_full=0.8,
 )
 TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
 """How far the back of the tongue sinks while the jaw is wide open; where along it, and how wide."""

@@ -37,9 +37,13 @@ WIDENING = ((0.74, 0.89, 0.99, 1.0, 0.94), (0.80, 0.93, 0.99, 1.0, 0.95))
 """Widths at those levels, as shares of the widest: of front teeth and of the others. They touch
 near their edges and leave room for the gum above."""
 TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.30
+PIT = 0.94
+"""How high the middle of a chewing face is, as a share of the crown."""
 """How far edges lean and turn inwards, and the valley between a molar's cusps."""
 PAPILLA_MM = 3.6
 """How far the gum reaches down between two crowns."""
+FOLLOWING = np.array([1.0, 1.0, 0.4, 0.2, 0.2, 0.2, 0.2, 0.6])
+"""How far the points of a gum's section follow its scalloped edge."""
 COVERED_MM = 0.9
 """How much of a crown the gum covers in its middle: a wide smile shows its edge."""
 SEEN_GAP = 0.45
@@ -143,7 +147,7 @@ def crown(
         vertices.append(np.stack([across * wide * width / 2, y, z], 1))
         shade.append(np.full(AROUND, level))
     top = vertices[-1].mean(0)
-    top[1] = vertices[-1][:, 1].max() if front else 0.86 * height
+    top[1] = vertices[-1][:, 1].max() if front else PIT * height
     centre = len(LEVELS) * AROUND
     quads = []
     for row in range(len(LEVELS) - 1):
@@ -230,15 +234,16 @@ def gums(arch: Arch, widths, heights) -> Part:
     centres = (edges[:-1] + edges[1:]) / 2
     between = np.r_[edges[:2] + centres[:2], centres[:2] + edges[1:3]] / 2
     along = np.r_[edges, centres, between]
-    papilla = np.r_[np.ones(len(edges)), np.zeros(len(centres)), np.full(len(between), 0.3)]
+    papilla = np.r_[np.ones(len(edges)), np.zeros(len(centres)), np.full(len(between), 0.14)]
     order = along.argsort()
     along, papilla = np.minimum(along[order], length[-1] * 0.995), papilla[order]
     roots = np.interp(along, centres, np.add(heights, SHORT_MM)) - COVERED_MM - PAPILLA_MM * papilla
+    level = np.mean(roots)
     section = np.array(  # (out, up from the root line)
         [
             [-0.2, -1.2],
-            [0.3, 0.3],
-            [0.0, 2.2],
+            [0.45, 0.3],
+            [0.55, 2.2],
             [-2.5, 3.6],
             [-7.0, 3.4],
             [-10.0, 2.0],
@@ -250,7 +255,8 @@ def gums(arch: Arch, widths, heights) -> Part:
     for s, root in zip(along, roots, strict=True):
         point, _, outward = arch.frame(s)
         flat = point + section[:, [0]] * outward
-        y = arch.biting_mm - arch.direction * (root + section[:, 1])
+        base = level + FOLLOWING * (root - level)
+        y = arch.biting_mm - arch.direction * (base + section[:, 1])
         rows.append(np.stack([flat[:, 0], y, flat[:, 1]], 1))
     left = np.array(rows)
     left[0, :, 0] = 0
