@@ -32,16 +32,16 @@ PUCKER = Aperture(
     above=0.7,
     below=0.45,
     drop=2.5,
-    forward=8.0,
+    forward=8.8,
     corner_back=4.9,
-    evert_deg=6,
-    fullness=1.5,
-    thickness=0.84,
+    evert_deg=9,
+    fullness=1.8,
+    thickness=0.92,
     taper=0.55,
     roundness=0.85,
     hole=0.78,
     pinch=0.5,
-    corner_full=0.8,
+    corner_full=0.9,
 )
 TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
 """How far the back of the tongue sinks while the jaw is wide open; where along it, and how wide."""

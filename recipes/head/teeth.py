@@ -40,8 +40,8 @@ TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.30
 PIT = 0.94
 """How high the middle of a chewing face is, as a share of the crown."""
 """How far edges lean and turn inwards, and the valley between a molar's cusps."""
-PAPILLA_MM = 3.6
-"""How far the gum reaches down between two crowns."""
+PAPILLA_MM = (3.5, 2.0)
+"""How far the gum reaches down between two crowns: incisors, and premolars and molars."""
 FOLLOWING = np.array([1.0, 1.0, 0.4, 0.2, 0.2, 0.2, 0.2, 0.6])
 """How far the points of a gum's section follow its scalloped edge."""
 COVERED_MM = 0.9
@@ -237,7 +237,8 @@ def gums(arch: Arch, widths, heights) -> Part:
     papilla = np.r_[np.ones(len(edges)), np.zeros(len(centres)), np.full(len(between), 0.14)]
     order = along.argsort()
     along, papilla = np.minimum(along[order], length[-1] * 0.995), papilla[order]
-    roots = np.interp(along, centres, np.add(heights, SHORT_MM)) - COVERED_MM - PAPILLA_MM * papilla
+    filled = np.interp(along, (edges[2], edges[5]), PAPILLA_MM)
+    roots = np.interp(along, centres, np.add(heights, SHORT_MM)) - COVERED_MM - filled * papilla
     level = np.mean(roots)
     section = np.array(  # (out, up from the root line)
         [
