@@ -32,7 +32,7 @@ PUCKER = Aperture(
     above=0.7,
     below=0.45,
     drop=2.5,
-    forward=8.8,
+    forward=8.4,
     corner_back=4.9,
     evert_deg=9,
     fullness=1.8,
@@ -41,7 +41,7 @@ PUCKER = Aperture(
     roundness=0.85,
     hole=0.78,
     pinch=0.5,
-    corner_full=0.9,
+    corner_full=0.75,
 )
 TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
 """How far the back of the tongue sinks while the jaw is wide open; where along it, and how wide."""
