@@ -103,9 +103,9 @@ deepens."""
 PRESSED_CHIN = (Pull((0, -90), (0, 2.0, 1.0), (15, 9)),)
 SMILE_ARC_M = 0.0013
 """How far lips lie under the straight line from the middle to a corner of a smile."""
-SMILE_UP_M = 0.0020
+SMILE_UP_M = 0.0013
 """How far the middle of both lips rises in a smile: it shows more of the upper teeth."""
-SMILE_ARC, SMILE_RISE, SMILE_THIN = 2.0, 1.1, (0, 0.15, 0.3)
+SMILE_ARC, SMILE_RISE, SMILE_THIN = 2.0, 1.2, (0, 0.10, 0.2)
 """Near the corners of a smile: the power of the way to the corner by which the lips bend, how high
 the corner rises, of MakeHuman's, and shares of their height and depth that lips lose."""
 SMILE_OWN, SMILE_BENT = 0.25, 0.8

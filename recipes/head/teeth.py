@@ -26,14 +26,14 @@ SIDE_OF_FRONT = 0.33
 """Where the faces of two neighbours meet between their backs (-1) and fronts (1)."""
 ROUNDNESS = 2.6
 """Exponent of how the face of a crown turns away towards its sides: 2 is a circle's."""
-CORNERS_MM = ((0.55, 1.50), (0.95, 1.80), (1.30, 1.80), (1.20, 1.30), (0.90, 0.95))
+CORNERS_MM = ((0.55, 1.50), (0.85, 1.55), (1.30, 1.80), (1.20, 1.30), (0.90, 0.95))
 """How much lower than its middle the edge of a crown is at either side, towards the middle of the
 arch and away from it: two incisors, canine, two premolars."""
 LOWER_FALL = 0.45
 """Of that fall, what the teeth of the lower jaw have."""
 SHARPNESS = (3.2, 2.6, 1.35, 1.4, 1.5)
 """Exponent of that fall: 1 is a point, more an edge with round corners."""
-WIDENING = ((0.74, 0.89, 0.99, 1.0, 0.94), (0.80, 0.93, 0.99, 1.0, 0.95))
+WIDENING = ((0.78, 0.92, 0.99, 1.0, 0.94), (0.80, 0.93, 0.99, 1.0, 0.95))
 """Widths at those levels, as shares of the widest: of front teeth and of the others. They touch
 near their edges and leave room for the gum above."""
 TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.30
