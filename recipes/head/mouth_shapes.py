@@ -36,7 +36,7 @@ PUCKER = Aperture(
     corner_back=4.9,
     evert_deg=6,
     fullness=1.8,
-    thickness=0.92,
+    thickness=0.865,
     taper=0.55,
     roundness=0.85,
     hole=0.78,
@@ -120,7 +120,7 @@ SHRUG_FORWARD_M = 0.0022
 """How far the upper lip is pushed out in a shrug."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-BITE_M, BITE_BEFORE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.0005, 0.0006, 0.0013, 0.04
+BITE_M, BITE_BEFORE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.0003, 0.0009, 0.0013, 0.04
 """How far the lower lip covers the incisors' edges in f, and how far before them it lies (teeth of
 random faces stand up to half a millimetre lower and further out), how far the upper one rises, and
 the jaw's opening that this is made for."""
