@@ -64,7 +64,7 @@ SHORT_MM = (0.0, 0.9, 0.25, 0.8, 1.1, 1.4, 1.6)
 """How far each crown stays short of the biting plane: the edges of a smile, no fangs."""
 SLIM = 0.992
 """Share of its place in the arch that a crown fills: the rest is the dark between two."""
-UPPER_SET = ((-1.5, 0.0), (7.0, -0.45), (-4.0, 0.40), (0.0, 0.1))
+UPPER_SET = ((-1.5, 0.0), (7.0, -0.45), (-4.0, 0.0), (0.0, 0.0))
 LOWER_SET = ((3.0, -0.12), (-4.0, 0.15), (2.0, 0.2))
 """No row is a drawn line: degrees by which a crown's far side turns outwards, and mm that it
 stands out of the arch."""
