@@ -30,8 +30,11 @@ UPPER_HELPER = slice(15060, 15128)
 LOWER_HELPER = slice(14992, 15060)
 EYE_SHELL_LEFT, EYE_SHELL_RIGHT = slice(0, 256), slice(532, 788)
 """Outer shells in MakeHuman's high-poly eyes."""
-OVERBITE_MM = 0.1
+OVERBITE_MM = 1.1
 """How far the upper incisors reach over the lower ones."""
+BITING_MM = 3.7
+"""How far the edges of the upper incisors lie under MakeHuman's: 2.6 mm under the line of shut
+lips, so that lips which part show them, as people's do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +153,7 @@ class Assembly:
 def _jaws(body: np.ndarray) -> dict[str, teeth.Part]:
     """Teeth and gums fitted to the mouth of `body`."""
     helper = body[UPPER_HELPER] * 1000
-    front, biting = helper[:, 2].max() + 4.0, helper[:, 1].min() - 3.1
+    front, biting = helper[:, 2].max() + 4.0, helper[:, 1].min() - BITING_MM
     upper = teeth.Arch(29.0, front, front - 46.0, biting, direction=-1)
     lower = teeth.Arch(26.0, front - 2.9, front - 46.5, biting + OVERBITE_MM, direction=1)
     return {

@@ -36,6 +36,7 @@ class Aperture:
     bow: float = 0.2  # share of the curve of the resting line that is left
     hole: float = 1.0  # share of the half width that is open; beyond it the lips touch
     pinch: float = 0.0  # how far each lip reaches over the other there
+    corner_full: float = 0.0  # share of the red beside the corners that these have
 
 
 def aperture_moves(lips: Lips, form: Aperture) -> np.ndarray:
@@ -66,7 +67,20 @@ def aperture_moves(lips: Lips, form: Aperture) -> np.ndarray:
         )
         fanned = np.sign(u) * _from_middle(column) ** FAN * np.pi / 2
         goal[:, column] = goal_contact + _profile(even[:, column], form, fanned, side)
+    _fill_corners(goal, form.corner_full)
     return (goal - rest) / 1000
+
+
+def _fill_corners(goal: np.ndarray, share: float) -> None:
+    """Give the red at the very corners of a form (ring, column, 3) that share of the way to what
+    the columns beside them have: lips end in a notch else."""
+    offset = goal - goal[CONTACT_RING]
+    for corner in CORNERS:
+        for away, less in ((0, 1.0), (1, 0.5), (-1, 0.5)):
+            column = corner + away
+            beside = (offset[:, column - 1] + offset[:, column + 1]) / 2
+            fuller = share * less * (beside - offset[:, column])
+            goal[:CONTACT_RING, column] += fuller[:CONTACT_RING]
 
 
 def _arc(share: float) -> float:

@@ -25,6 +25,7 @@ FUNNEL = Aperture(
     thickness=0.92,
     taper=0.30,
     roundness=0.75,
+    corner_full=0.6,
 )
 PUCKER = Aperture(
     half_width=7.0,
@@ -34,12 +35,13 @@ PUCKER = Aperture(
     forward=8.0,
     corner_back=4.9,
     evert_deg=6,
-    fullness=1.5,
-    thickness=0.84,
+    fullness=1.8,
+    thickness=0.865,
     taper=0.55,
     roundness=0.85,
     hole=0.78,
     pinch=0.5,
+    corner_full=0.75,
 )
 TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
 """How far the back of the tongue sinks while the jaw is wide open; where along it, and how wide."""
@@ -101,7 +103,9 @@ deepens."""
 PRESSED_CHIN = (Pull((0, -90), (0, 2.0, 1.0), (15, 9)),)
 SMILE_ARC_M = 0.0013
 """How far lips lie under the straight line from the middle to a corner of a smile."""
-SMILE_ARC, SMILE_RISE, SMILE_THIN = 2.0, 1.1, (0, 0.15, 0.3)
+SMILE_UP_M = 0.0013
+"""How far the middle of both lips rises in a smile: it shows more of the upper teeth."""
+SMILE_ARC, SMILE_RISE, SMILE_THIN = 2.0, 1.2, (0, 0.10, 0.2)
 """Near the corners of a smile: the power of the way to the corner by which the lips bend, how high
 the corner rises, of MakeHuman's, and shares of their height and depth that lips lose."""
 SMILE_OWN, SMILE_BENT = 0.25, 0.8
@@ -116,10 +120,10 @@ SHRUG_FORWARD_M = 0.0022
 """How far the upper lip is pushed out in a shrug."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-BITE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = -0.0003, 0.0011, 0.04
-"""How far the lower lip covers the incisors' edges in f (it stays below them, as teeth of random
-faces lie up to a millimetre lower), how far the upper one rises, and the jaw's opening that this is
-made for."""
+BITE_M, BITE_BEFORE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.0003, 0.0009, 0.0013, 0.04
+"""How far the lower lip covers the incisors' edges in f, and how far before them it lies (teeth of
+random faces stand up to half a millimetre lower and further out), how far the upper one rises, and
+the jaw's opening that this is made for."""
 ROLLED, ROLLED_REACH, LIFTED_REACH = (0.55, 0.60), (0.0235, 0.6), (0.0170, 1.8)
 """What is left of the lower lip's height and fullness then, and how far to the sides it is rolled
 in and the upper one lifted; see `reach`."""
@@ -197,7 +201,7 @@ def _curved(face: NeutralFace) -> np.ndarray:
     """Both lips lower between the middle and the corners: a smile is an arc, no angle."""
     across = np.abs(face.lips.across)
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
-    moves[:, :, 1] = -SMILE_ARC_M * 4 * across * (1 - across)
+    moves[:, :, 1] = SMILE_UP_M * (1 - across**2) - SMILE_ARC_M * 4 * across * (1 - across)
     return face.lips.field(moves)
 
 
@@ -356,7 +360,7 @@ def _labiodental(face: NeutralFace) -> np.ndarray:
     middle_vertex = lips.rings[CONTACT_RING, 19]
     drop = LABIODENTAL_JAW * _jaw_open(face)[face.skin_slice][middle_vertex]
     contact = face.skin[middle_vertex] + drop
-    goal = np.array([0, edge + BITE_M - contact[1], front + 0.0002 - contact[2]])
+    goal = np.array([0, edge + BITE_M - contact[1], front + BITE_BEFORE_M - contact[2]])
     bitten = reach(lips, *BITTEN_REACH)[lower][:, None]
     moves[:, lower] = rolled[:, lower] + lower_follow[:, None, None] * goal * bitten
     lift = np.array([0, LABIODENTAL_LIFT_M, 0.0006])

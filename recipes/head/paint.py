@@ -29,7 +29,7 @@ GAP, GAP_SHARE = (0.42, 0.26, 0.19), 0.70
 IVORY = {"upper": np.ones(3), "lower": np.array([1.0, 0.985, 0.955])}
 """What lower teeth, in shade and lit by the sky alone, need beside it so as not to look grey."""
 DEEP_TOOTH, DEEP_SHARE, DEEP_M = (0.60, 0.41, 0.34), 0.85, 0.026
-GUM, TONGUE, TONGUE_ROOT = (0.72, 0.42, 0.41), (0.74, 0.43, 0.42), (0.46, 0.20, 0.20)
+GUM, TONGUE, TONGUE_ROOT = (0.90, 0.61, 0.58), (0.74, 0.43, 0.42), (0.46, 0.20, 0.20)
 TONGUE_COAT = (0.78, 0.58, 0.55)
 TONGUE_TIP_M, TONGUE_DEEP_M = 0.020, 0.056
 """Behind its tip, where a tongue begins to darken and where it has the colour of its root."""

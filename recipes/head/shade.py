@@ -13,9 +13,10 @@ BOUNCE = 0.13  # red flesh lights the backs of the teeth: black ones look like h
 EAR, EAR_OPEN = 0.10, 1.2  # folds of an ear are small and read by their shade alone
 # And the mouth itself: dark red from the side, no black gap; how deep it lies where it is darkest.
 LINING, THROAT, TONGUE, LINING_M = 0.64, 0.26, 0.22, 0.052
-CORNER_FROM, CORNER = 0.78, 0.35  # from where to a corner the line of the lips fades, and how much
+CORNER_FROM, CORNER = 0.66, 0.62  # from where to a corner the line of the lips fades, and how much
 FOLD_M, FOLD = 0.006, 0.20  # the soft fold that it ends in: how far round it is shade, how much
 BACK_TEETH = {"upper": 0.30, "lower": 0.26}  # what light reaches the last of them
+GUM_LIGHT, GUM_FALL = 0.75, 1.3  # in front, over the bounce, and how it falls with depth
 LIP_SHADE = 0.66  # what lips leave of the light on the teeth at the gum
 
 
@@ -88,5 +89,5 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
         lit = last + (1 - last) * (1 - depth[teeth]) ** 1.3
         light[teeth] = np.minimum(lit, brightest) * near_gum
         gums = slices[f"gums_{jaw}"]
-        light[gums] = BOUNCE + 0.70 * (1 - depth[gums]) ** 2.5
+        light[gums] = BOUNCE + GUM_LIGHT * (1 - depth[gums]) ** GUM_FALL
     return light

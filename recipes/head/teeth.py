@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-UPPER_WIDTHS_MM = (8.5, 6.6, 7.6, 7.0, 6.8, 10.0, 9.4)
-UPPER_HEIGHTS_MM = (10.2, 9.0, 10.0, 9.2, 8.6, 7.8, 7.2)
+UPPER_WIDTHS_MM = (8.6, 6.5, 7.5, 7.0, 6.8, 10.0, 9.4)
+UPPER_HEIGHTS_MM = (10.6, 9.2, 10.2, 9.0, 8.4, 7.8, 7.2)
 UPPER_DEPTHS_MM = (6.0, 5.6, 7.2, 8.6, 8.8, 10.4, 10.2)
 LOWER_WIDTHS_MM = (5.4, 5.9, 6.8, 7.0, 7.1, 10.6, 10.2)
 LOWER_HEIGHTS_MM = (8.6, 8.8, 9.8, 8.2, 7.8, 7.0, 6.6)
@@ -24,18 +24,27 @@ LEVELS = np.array([0.0, 0.35, 0.68, 0.9, 1.0])
 """Heights of the rings, as shares of the crown's."""
 SIDE_OF_FRONT = 0.33
 """Where the faces of two neighbours meet between their backs (-1) and fronts (1)."""
-CORNERS_MM = ((0.50, 1.25), (0.95, 1.50), (1.10, 1.50), (1.10, 1.20), (0.90, 0.95))
+ROUNDNESS = 2.6
+"""Exponent of how the face of a crown turns away towards its sides: 2 is a circle's."""
+CORNERS_MM = ((0.55, 1.50), (0.85, 1.55), (1.30, 1.80), (1.20, 1.30), (0.90, 0.95))
 """How much lower than its middle the edge of a crown is at either side, towards the middle of the
 arch and away from it: two incisors, canine, two premolars."""
 LOWER_FALL = 0.45
 """Of that fall, what the teeth of the lower jaw have."""
-SHARPNESS = (3.0, 2.6, 1.25, 1.4, 1.5)
+SHARPNESS = (3.2, 2.6, 1.35, 1.4, 1.5)
 """Exponent of that fall: 1 is a point, more an edge with round corners."""
-TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.55
+WIDENING = ((0.78, 0.92, 0.99, 1.0, 0.94), (0.80, 0.93, 0.99, 1.0, 0.95))
+"""Widths at those levels, as shares of the widest: of front teeth and of the others. They touch
+near their edges and leave room for the gum above."""
+TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.30
+PIT = 0.94
+"""How high the middle of a chewing face is, as a share of the crown."""
 """How far edges lean and turn inwards, and the valley between a molar's cusps."""
-PAPILLA_MM = 2.1
-"""How far the gum reaches down between two crowns."""
-COVERED_MM = 1.2
+PAPILLA_MM = (3.5, 2.0)
+"""How far the gum reaches down between two crowns: incisors, and premolars and molars."""
+FOLLOWING = np.array([1.0, 1.0, 0.4, 0.2, 0.2, 0.2, 0.2, 0.6])
+"""How far the points of a gum's section follow its scalloped edge."""
+COVERED_MM = 0.9
 """How much of a crown the gum covers in its middle: a wide smile shows its edge."""
 SEEN_GAP = 0.45
 """Of the dark between two crowns, what reaches the faces beside it."""
@@ -51,11 +60,11 @@ TONES = (
     (0.96, 0.94, 0.90),
 )
 """What is left of red, green and blue: canines are yellowest, and no two neighbours are alike."""
-SHORT_MM = (0.0, 0.8, 0.2, 0.75, 1.0, 1.3, 1.5)
+SHORT_MM = (0.0, 0.9, 0.25, 0.8, 1.1, 1.4, 1.6)
 """How far each crown stays short of the biting plane: the edges of a smile, no fangs."""
 SLIM = 0.992
 """Share of its place in the arch that a crown fills: the rest is the dark between two."""
-UPPER_SET = ((-1.5, 0.0), (7.0, -0.45), (-4.0, 0.40), (0.0, 0.1))
+UPPER_SET = ((-1.5, 0.0), (7.0, -0.45), (-4.0, 0.0), (0.0, 0.0))
 LOWER_SET = ((3.0, -0.12), (-4.0, 0.15), (2.0, 0.2))
 """No row is a drawn line: degrees by which a crown's far side turns outwards, and mm that it
 stands out of the arch."""
@@ -117,14 +126,14 @@ def crown(
     and molars end in a dented top.
     """
     front = place < 3
-    widths = np.interp(LEVELS, [0, 0.4, 0.75, 0.92, 1], [0.80, 0.94, 1.0, 1.0, 0.95])
+    widths = np.interp(LEVELS, [0, 0.35, 0.68, 0.9, 1], WIDENING[0 if front else 1])
     if front:
         depths = np.interp(LEVELS, [0, 0.3, 0.8, 0.92, 1], [1.0, 0.92, 0.46, 0.31, 0.17])
     else:
         depths = np.interp(LEVELS, [0, 0.4, 0.8, 0.92, 1], [0.88, 1.0, 0.94, 0.84, 0.66])
     across = UPPER_ACROSS if upper else LOWER_ACROSS
     seen = np.arange(AROUND) < (UPPER_SEEN if upper else LOWER_SEEN)
-    bulge = np.abs(across) ** 3.2
+    bulge = np.abs(across) ** ROUNDNESS
     round_it = np.where(seen, 1 - (1 - SIDE_OF_FRONT) * bulge, -1 + 0.5 * bulge)
     fall = _edge_fall_mm(across, place) * (1.0 if upper else LOWER_FALL)
     vertices, shade = [], []
@@ -138,7 +147,7 @@ def crown(
         vertices.append(np.stack([across * wide * width / 2, y, z], 1))
         shade.append(np.full(AROUND, level))
     top = vertices[-1].mean(0)
-    top[1] = vertices[-1][:, 1].max() if front else 0.86 * height
+    top[1] = vertices[-1][:, 1].max() if front else PIT * height
     centre = len(LEVELS) * AROUND
     quads = []
     for row in range(len(LEVELS) - 1):
@@ -225,15 +234,17 @@ def gums(arch: Arch, widths, heights) -> Part:
     centres = (edges[:-1] + edges[1:]) / 2
     between = np.r_[edges[:2] + centres[:2], centres[:2] + edges[1:3]] / 2
     along = np.r_[edges, centres, between]
-    papilla = np.r_[np.ones(len(edges)), np.zeros(len(centres)), np.full(len(between), 0.3)]
+    papilla = np.r_[np.ones(len(edges)), np.zeros(len(centres)), np.full(len(between), 0.14)]
     order = along.argsort()
     along, papilla = np.minimum(along[order], length[-1] * 0.995), papilla[order]
-    roots = np.interp(along, centres, np.add(heights, SHORT_MM)) - COVERED_MM - PAPILLA_MM * papilla
+    filled = np.interp(along, (edges[2], edges[5]), PAPILLA_MM)
+    roots = np.interp(along, centres, np.add(heights, SHORT_MM)) - COVERED_MM - filled * papilla
+    level = np.mean(roots)
     section = np.array(  # (out, up from the root line)
         [
             [-0.2, -1.2],
-            [0.3, 0.3],
-            [0.0, 2.2],
+            [0.45, 0.3],
+            [0.55, 2.2],
             [-2.5, 3.6],
             [-7.0, 3.4],
             [-10.0, 2.0],
@@ -245,7 +256,8 @@ def gums(arch: Arch, widths, heights) -> Part:
     for s, root in zip(along, roots, strict=True):
         point, _, outward = arch.frame(s)
         flat = point + section[:, [0]] * outward
-        y = arch.biting_mm - arch.direction * (root + section[:, 1])
+        base = level + FOLLOWING * (root - level)
+        y = arch.biting_mm - arch.direction * (base + section[:, 1])
         rows.append(np.stack([flat[:, 0], y, flat[:, 1]], 1))
     left = np.array(rows)
     left[0, :, 0] = 0

@@ -9,7 +9,7 @@ LOWER_M, LOWER_TIP_M, BACK_M, LONGER_M = 0.0045, 0.0040, 0.003, 0.006
 back, and how much longer the whole is."""
 SUNK_M = 0.0030
 """How far the back of the tongue lies lower than MakeHuman's."""
-DOME_M, GROOVE_M, GROOVE_WIDTH_M = 0.0028, 0.0010, 0.0025
+DOME_M, GROOVE_M, GROOVE_WIDTH_M = 0.0034, 0.0019, 0.0022
 """How far its upper side is raised over its edges, and the furrow along the middle of
 its front."""
 NARROWER = 0.16

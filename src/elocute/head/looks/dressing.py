@@ -39,7 +39,7 @@ LASH_COLOUR, LASH_OF_HAIR = (0.006, 0.005, 0.004), 0.05
 """What lashes have at least, and how much of the hair's colour they take."""
 BROW_WARMTH = (1.0, 0.93, 0.84)
 """Brows over warm skin would else look blue."""
-CORNER_M, CORNER_SKIN, CORNER_FLESH = 0.007, 0.9, (215, 140, 122)
+CORNER_M, CORNER_SKIN, CORNER_FLESH = 0.010, 0.9, (215, 140, 122)
 """How far from the corners of the mouth the edge of its lining is skin's too, how much there, and
 its colour: that of skin there is multiplied by it, that of the lining is it.
 """
