@@ -37,9 +37,9 @@ WIDENING = ((0.78, 0.92, 0.99, 1.0, 0.94), (0.80, 0.93, 0.99, 1.0, 0.95))
 """Widths at those levels, as shares of the widest: of front teeth and of the others. They touch
 near their edges and leave room for the gum above."""
 TIPPED_MM, ROUNDED_MM, VALLEY_MM = 0.6, 0.3, 0.30
+"""How far edges lean and turn inwards, and the valley between a molar's cusps."""
 PIT = 0.94
 """How high the middle of a chewing face is, as a share of the crown."""
-"""How far edges lean and turn inwards, and the valley between a molar's cusps."""
 PAPILLA_MM = (3.5, 2.0)
 """How far the gum reaches down between two crowns: incisors, and premolars and molars."""
 FOLLOWING = np.array([1.0, 1.0, 0.4, 0.2, 0.2, 0.2, 0.2, 0.6])
