@@ -42,7 +42,7 @@ LIP_OF_SKIN = {
 """Lips as factors of the skin around them (sRGB): less red in men, duller in dark skin."""
 LIP_CREASE, LIP_ROLL = (0.034, 0.060, 0.055), 0.035
 """How much darker lips are in their fine upright creases; how much paler the skin along them."""
-LIP_CREASE_PX, LIP_CREASE_DEPTH = (18, 1.5), 0.026
+LIP_CREASE_PX, LIP_CREASE_DEPTH = (18, 1.5), 0.018
 """Length and width of a crease on an atlas of 2048 px, and how deep it is."""
 LIP_NATURAL = {"female": 0.85, "male": 0.95}
 """How far painted lips give way to natural ones."""
@@ -52,8 +52,9 @@ at the corners, where it comes to an end in skin, not in a point."""
 CORNER_COLUMNS = np.r_[10:15, 24:29]
 CORNER_RED = 0.8
 """Columns of the lips that end at the corners of the mouth, and the red of their border."""
-MOUTH_END_MM, MOUTH_END = 3.4, 0.3
-"""How far round its corners a mouth lies in its own shade, and how much of the light that keeps."""
+MOUTH_END_MM, MOUTH_END, MOUTH_END_ROUGH = 3.4, 0.3, 0.3
+"""How far round its corners a mouth lies in its own shade, how much of the light that keeps, and
+how much rougher it is there: its tight folds would else each have a bright dot."""
 CORNER_MM = 11.0
 """How far from the corners of the mouth skin is evened."""
 NOSE_BASE, NOSE_WINGS = (0, -50, 18, 16), (16, -41, 7, 9)
@@ -462,7 +463,7 @@ def roughness(masks: Masks, size: int) -> np.ndarray:
     pits = np.minimum(noise(2, size, 1.0) + 0.6, 0)
     rough = 0.50 - 0.11 * masks.t_zone - 0.17 * masks.lip + 0.08 * masks.scalp - 0.06 * pits
     rough += 0.16 * masks.lid - 0.28 * np.maximum(masks.rim * (1 - masks.lip), masks.caruncle)
-    rough += 0.3 * masks.nostril
+    rough += 0.3 * masks.nostril + MOUTH_END_ROUGH * masks.mouth_end
     shade = np.maximum(
         0.35 + 0.65 * masks.open, np.maximum(LID_OPEN * masks.lid, 0.92 * masks.orbit)
     )
