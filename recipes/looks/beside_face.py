@@ -9,8 +9,7 @@ import scipy.sparse as sp
 from scipy.spatial import KDTree
 
 from recipes.looks.cards import NEAREST, Cards
-from recipes.looks.grooms import ramp
-from recipes.looks.scalp import Scalp
+from recipes.looks.scalp import Scalp, ramp
 
 INWARD_MM, AHEAD_MM = 13.0, 18.0
 """How far the foremost locks come towards the middle, and forward with all behind them."""

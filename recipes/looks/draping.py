@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from recipes.looks.scalp import Places
+from recipes.looks.scalp import Places, ramp
 from recipes.looks.surface import Skin, unit
 
 RIDGE_MM, UNEVEN_MM = 118.0, 12.0
@@ -44,7 +44,7 @@ class Drape:
         """(n, 3) unit directions in which hair goes there that wants to go `ways`; (n, 1) how far
         it lies on the body, 0..1, and (n, 3) the normals of that."""
         above, normal = self._over(places)
-        near = _ramp(above, *MEETS_MM) * _ramp(places[:, 1:2], *FROM_MM)
+        near = ramp(above, *MEETS_MM) * ramp(places[:, 1:2], *FROM_MM)
         into = np.minimum((ways * normal).sum(1, keepdims=True), 0)
         side = np.tanh((places[:, 2:] + _parts_at(places)) / SOFT_MM)
         wanted = ASIDE * side * np.array([0, 0, 1.0]) + DOWN * np.array([0, -1.0, 0])
@@ -59,7 +59,7 @@ class Drape:
         above, normal = self._over(places)
         wanted = OFF_CLOTH_MM + height_mm
         more = np.where(above > -INSIDE_MM, wanted - above, 0)
-        falls = SINKS * _ramp(above, *SINKS_MM) * _ramp(normal[:, 1:2], *SLOPES)
+        falls = SINKS * ramp(above, *SINKS_MM) * ramp(normal[:, 1:2], *SLOPES)
         more = np.where(more > 0, more, falls * more) * (places[:, 1:2] < FROM_MM[0])
         return places + normal * more
 
@@ -73,8 +73,3 @@ def _parts_at(places: Places) -> np.ndarray:
     """(n, 1) mm behind the tip of the nose where hair parts there."""
     aside = UNEVEN_PER_MM * np.abs(places[:, :1] + UNLIKE_MM)
     return RIDGE_MM + UNEVEN_MM * (np.sin(aside) + np.sin(2.3 * aside)) / 2
-
-
-def _ramp(values: np.ndarray, low: float, high: float) -> np.ndarray:
-    t = np.clip((values - low) / (high - low), 0, 1)
-    return t * t * (3 - 2 * t)

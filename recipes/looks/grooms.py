@@ -8,7 +8,7 @@ import numpy as np
 
 from recipes.looks.draping import Drape
 from recipes.looks.groom import LAYERS, SHORT_LAYERS, Groom, Layer, OfPlaces
-from recipes.looks.scalp import Places, depth_mm, grows
+from recipes.looks.scalp import Places, depth_mm, grows, ramp
 from recipes.looks.strand_lanes import AIRY, DENSE, FULL, LOOSE
 
 CROWN = np.array([9.0, 92.0, -158.0])
@@ -24,12 +24,6 @@ ROUND_MM = (90.0, 5.0)
 its sides it has corners."""
 PART_MM = 27.0
 """How far aside hair is parted that is not parted in the middle."""
-
-
-def ramp(values: np.ndarray, low: float, high: float) -> np.ndarray:
-    """0 below the first, 1 above the second, smooth between; the other way round if they are."""
-    t = np.clip((values - low) / (high - low), 0, 1)
-    return t * t * (3 - 2 * t)
 
 
 def top(places: Places) -> np.ndarray:

@@ -66,6 +66,12 @@ WIDE = Hairline(
 """Of a face that is framed by what falls beside it: hair of its corners would hang into it."""
 
 
+def ramp(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """0 below the first, 1 above the second, smooth between; the other way round if they are."""
+    t = np.clip((values - low) / (high - low), 0, 1)
+    return t * t * (3 - 2 * t)
+
+
 def grows(
     millimetres: Places, inset_mm: float = 0.0, lower: float = 1.0, line: Hairline = OVAL
 ) -> np.ndarray:

@@ -8,8 +8,7 @@ import numpy as np
 import scipy.ndimage as ndimage
 
 from recipes.looks.cards import Cards
-from recipes.looks.grooms import ramp
-from recipes.looks.scalp import Scalp
+from recipes.looks.scalp import Scalp, ramp
 
 AXIS_MM = -120.0
 """Hair hangs round a line so far behind the tip of the nose."""

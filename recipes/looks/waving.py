@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from recipes.looks.cards import Cards
-from recipes.looks.grooms import ramp
-from recipes.looks.scalp import Places, Scalp
+from recipes.looks.scalp import Places, Scalp, ramp
 
 WAVE_MM, SHORTER = 112.0, 0.20
 """From crest to crest, and how much shorter waves are at the tips."""
