@@ -120,10 +120,9 @@ SHRUG_FORWARD_M = 0.0022
 """How far the upper lip is pushed out in a shrug."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-BITE_M, BITE_BEFORE_M, LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.0003, 0.0009, 0.0013, 0.04
-"""How far the lower lip covers the incisors' edges in f, and how far before them it lies (teeth of
-random faces stand up to half a millimetre lower and further out), how far the upper one rises, and
-the jaw's opening that this is made for."""
+LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.0013, 0.04
+"""How far the upper lip rises in f, and the jaw's opening that this is made for. The lower one meets
+the incisors' edges."""
 ROLLED, ROLLED_REACH, LIFTED_REACH = (0.55, 0.60), (0.0235, 0.6), (0.0170, 1.8)
 """What is left of the lower lip's height and fullness then, and how far to the sides it is rolled
 in and the upper one lifted; see `reach`."""
@@ -360,7 +359,7 @@ def _labiodental(face: NeutralFace) -> np.ndarray:
     middle_vertex = lips.rings[CONTACT_RING, 19]
     drop = LABIODENTAL_JAW * _jaw_open(face)[face.skin_slice][middle_vertex]
     contact = face.skin[middle_vertex] + drop
-    goal = np.array([0, edge + BITE_M - contact[1], front + BITE_BEFORE_M - contact[2]])
+    goal = np.array([0, edge - contact[1], front - contact[2]])
     bitten = reach(lips, *BITTEN_REACH)[lower][:, None]
     moves[:, lower] = rolled[:, lower] + lower_follow[:, None, None] * goal * bitten
     lift = np.array([0, LABIODENTAL_LIFT_M, 0.0006])
