@@ -121,8 +121,8 @@ SHRUG_FORWARD_M = 0.0022
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
 LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.0013, 0.04
-"""How far the upper lip rises in f, and the jaw's opening that this is made for. The lower one meets
-the incisors' edges."""
+"""How far the upper lip rises in f, and the jaw's opening that this is made for. The lower one
+meets the incisors' edges."""
 ROLLED, ROLLED_REACH, LIFTED_REACH = (0.55, 0.60), (0.0235, 0.6), (0.0170, 1.8)
 """What is left of the lower lip's height and fullness then, and how far to the sides it is rolled
 in and the upper one lifted; see `reach`."""
