@@ -33,6 +33,8 @@ MIX = {
     "kerstin_de": 0.07,
     "nathalie_nl": 0.05,
     "precise": 0.04,
+    "readers": 0.25,
+    "nothing": 0.06,
 }
 NOTHING_SHARE = 0.02
 LIPS = ("P", "B", "M", "F", "V")

@@ -141,6 +141,7 @@ class TalkersModel(StyledAsRules):
         not such a model.
     """
 
+    kind = KIND
     fps = FEATURE_RATE
     decoder_lookahead_s = (
         FRAME_S
@@ -161,9 +162,12 @@ class TalkersModel(StyledAsRules):
 
     @cached_property
     def record(self) -> TalkerRecord:
-        stored = stored_record(self._session)
+        return self._read_record(stored_record(self._session))
+
+    def _read_record(self, stored: dict[str, Any]) -> TalkerRecord:
+        """Raises ModelError for a record of another kind or form."""
         try:
-            if stored["kind"] != KIND:
+            if stored["kind"] != self.kind:
                 raise ValueError(stored["kind"])
             numbers = [
                 np.array(stored[name], np.float64)
@@ -176,12 +180,13 @@ class TalkersModel(StyledAsRules):
                 raise ValueError("opening_map")
             if not all((np.abs(each) < NUMBERS_MAX_MM).all() for each in numbers):
                 raise ValueError("numbers")
-            return TalkerRecord(int(stored["inputs"]), middle, spread, curve, str(stored["note"]))
+            inputs = int(stored.get("inputs", 0))
+            return TalkerRecord(inputs, middle, spread, curve, str(stored["note"]))
         except (ValueError, KeyError, TypeError, OverflowError) as error:
             raise ModelError.about(
                 self.path,
                 found="an ONNX file without the record of talkers",
-                allowed="a model that recipes.train_talkers wrote",
+                allowed=f"a model of the kind {self.kind}, as recipes/ write it",
             ) from error
 
     @property
@@ -216,10 +221,7 @@ class TalkersModel(StyledAsRules):
         posteriors = np.exp(phones.values)
         rules = rule_curves(phones.values, phones.first, begin, stop - begin)
         told = self._told(speech, rules, begin)
-        voice = np.ones(len(posteriors))
-        if contacts and not speech.known:
-            bands = _sound_rows(speech, len(posteriors))[:, COLUMNS:]
-            voice = voice_share(posteriors, bands, phones.rate)
+        voice = self._voice(speech, posteriors) if contacts else np.ones(len(posteriors))
         rest = breath = np.zeros(stop - begin)
         if contacts:
             silence, starts = 1 - (1 - posteriors[:, SILENCE]) * voice, phones.first == 0
@@ -245,6 +247,13 @@ class TalkersModel(StyledAsRules):
         )
         sure = read_rows(_surely_teeth(posteriors)[:, None], since_first * phones.rate)[:, 0]
         return finish_decoded(found, seals, teeth, style, strength, sure)
+
+    def _voice(self, speech: SpeechFeatures, posteriors: Float32Array) -> Float64Array:
+        """(row,) how surely what sounds is a voice."""
+        if speech.known:
+            return np.ones(len(posteriors))
+        bands = _sound_rows(speech, len(posteriors))[:, COLUMNS:]
+        return voice_share(posteriors, bands, FEATURE_RATE)
 
     def _told(self, speech: SpeechFeatures, rules: Float32Array, begin: int) -> Float32Array:
         """(row, output) of the network, for rows from `begin` on."""

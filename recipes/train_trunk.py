@@ -1,0 +1,200 @@
+"""Teach a trunk: the first layers of Whisper's encoder, with a mouth and phones, as a speech model.
+
+    python -m recipes.train_encoder align --work WORK      # phones of natural English
+    python -m recipes.train_trunk labels --work WORK       # of readers, and sounds without speech
+    python -m recipes.train_trunk fit WHISPER --work WORK --held-out    # resumes
+    python -m recipes.train_trunk ship -o trunk.onnx       # for `animate --model trunk.onnx`
+
+WHISPER is a published Whisper of the size `base` (MIT), as CTranslate2's folder or model.bin, or as
+OpenAI's .pt. DATA has `talkers/train`, `grid_s1/clips` with `dev.txt`, `speech` and `readers`;
+`talkers/dev`, the clips of `dev.txt` and test speakers are never learned from. Labels take half an
+hour of one core, teaching as long as is said.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from elocute.array_types import Float32Array
+from elocute.audio.phones_and_visemes import SILENCE
+from elocute.encoders.trunk import KIND, ROW_SAMPLES
+from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig
+from recipes.encoder import evaluate
+from recipes.encoder.augment import Augmenter
+from recipes.encoder.natural import Recording, aligned_shard
+from recipes.encoder.reference import read_reference
+from recipes.encoder.store import HOP, ShardWriter, load_shard
+from recipes.encoder.train import Mixer, read_noises
+from recipes.trunk.calibration import calibrate
+from recipes.trunk.export import export, scales
+from recipes.trunk.fit import ROWS, FitSettings, fit
+from recipes.trunk.judging import mouth_correlations, phone_figures
+from recipes.trunk.mouths import MouthBatches, MouthClip, by_talker, read_mouths, standardise
+from recipes.trunk.spectrum import BatchLogMel
+from recipes.voice.made_sounds import made_sounds
+
+NOTE = (
+    "Made by Elocute from the first layers of Whisper base (OpenAI, MIT), taught on with tracked"
+    " mouths of Arabic news talkers and of speaker 1 of GRID, and with read speech"
+    " (recipes/train_trunk.py)."
+)
+REFERENCE = Path(__file__).parents[1] / "benchmarks" / "encoder_reference.json"
+NEVER_READ = "libri_other"
+EVERY, FIRST = 4, 3  # of the talkers by number of clips, those held out
+MADE_EACH = 6
+JUDGED_EVERY = 6  # of the test recordings, while teaching
+AHEAD_FILE, AHEAD_STREAM = 25, 2
+
+
+def read_speech(data: Path, work: Path, seed: int) -> Mixer:
+    """Labelled speech of training speakers."""
+    names = sorted(path.stem for path in work.glob("*.json") if "test" not in path.name)
+    shards = [load_shard(work, name) for name in names]
+    return Mixer(shards, read_all_noises(data), seed)
+
+
+def read_all_noises(data: Path) -> list[Float32Array]:
+    """What is heard behind voices."""
+    return [*read_noises(sorted((data / "noise").glob("*.flac"))), *other_noises(2)]
+
+
+def split_talkers(clips: Sequence[MouthClip]) -> tuple[list[MouthClip], list[MouthClip]]:
+    """Clips to learn from, and those of talkers held out."""
+    count = {talker: len(own) for talker, own in by_talker(clips).items()}
+    ranked = sorted(count, key=lambda talker: (-count[talker], talker))
+    held = set(ranked[FIRST::EVERY])
+    return (
+        [clip for clip in clips if clip.talker not in held],
+        [clip for clip in clips if clip.talker in held],
+    )
+
+
+def align_readers(data: Path, work: Path) -> None:
+    """Phones of those readers whose texts are told."""
+    with (data / "readers" / "readers.tsv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
+    recordings = [
+        Recording(data / row["path"], "readers", row["speaker"], row["language"], row["text"], "")
+        for row in rows
+        if row["text"] and NEVER_READ not in row["path"]
+    ]
+    print("readers", aligned_shard(recordings, work, "readers_train"), "of", len(recordings))
+
+
+def other_noises(seed: int) -> list[Float32Array]:
+    """Music, machines and barks, made by formula."""
+    found = [sound for voice, sound in made_sounds(seed, MADE_EACH) if not voice]
+    return [sound.astype(np.float32) for sound in found]
+
+
+def write_nothing(data: Path, work: Path) -> None:
+    """A shard in which nobody speaks, however much there is to hear."""
+    writer = ShardWriter()
+    for sound in [*read_noises(sorted((data / "noise").glob("*.flac"))), *other_noises(1)]:
+        labels = np.full(len(sound) // HOP, SILENCE, np.uint8)
+        writer.add(sound, labels, speaker="", source="nothing", language="", text="")
+    writer.save(work, "nothing_train")
+
+
+def teach(chosen: argparse.Namespace) -> None:
+    settings = FitSettings(minutes=chosen.minutes, seed=chosen.seed)
+    data = chosen.data
+    words = read_mouths(data / "talkers" / "train")
+    measuring = (data / "grid_s1" / "dev.txt").read_text(encoding="utf-8").split()
+    sentences = read_mouths(data / "grid_s1" / "clips", leave_out=measuring)
+    learned, other = split_talkers(words) if chosen.held_out else (words, [])
+    standardise([*words, *sentences])
+    speech = read_speech(data, chosen.work, settings.seed)
+    augment = Augmenter(read_all_noises(data), settings.seed + 2)
+    mouths = MouthBatches([*learned, *sentences], augment, ROWS, settings.seed)
+    judged = [*read_mouths(data / "talkers" / "dev"), *other[::4]]
+    spoken = read_reference(REFERENCE, data / "speech")[::JUDGED_EVERY]
+
+    def report(trunk: Trunk) -> str:
+        return judgement(trunk, judged, spoken)
+
+    config = TrunkConfig(layers=chosen.layers)
+    fit(chosen.whisper, config, mouths, speech, chosen.checkpoint, settings, report)
+
+
+def ship(chosen: argparse.Namespace) -> None:
+    """The checkpoint as ONNX, with sizes of movement from people it did not learn from."""
+    state = torch.load(chosen.checkpoint, weights_only=True)
+    trunk = Trunk(TrunkConfig(**state["config"]))
+    trunk.load_state_dict(state["mean"])
+    trunk.eval()
+    words = read_mouths(chosen.data / "talkers" / "train")
+    measuring = (chosen.data / "grid_s1" / "dev.txt").read_text(encoding="utf-8").split()
+    sentences = read_mouths(chosen.data / "grid_s1" / "clips", leave_out=measuring)[::10]
+    talkers = standardise([*words, *sentences])
+    _, other = split_talkers(words)
+    sizes = calibrate(trunk, [*other, *sentences], talkers)
+    print(json.dumps(sizes))
+    front_end = BatchLogMel(0)
+    sounds = [clip.samples for clip in [*other[::10], *sentences[::5]]]
+    sounds += [one.samples for one in read_reference(REFERENCE, chosen.data / "speech")[::20]]
+    bands = (
+        front_end(torch.from_numpy(np.pad(x, (0, -len(x) % ROW_SAMPLES)))[None], CONTEXT)
+        for x in sounds
+    )
+    record = {"kind": KIND, **sizes, "note": NOTE}
+    export(trunk, chosen.output, record, scales(trunk, bands))
+    print(f"{chosen.output}: {chosen.output.stat().st_size} bytes")
+
+
+def judgement(
+    trunk: Trunk, clips: Sequence[MouthClip], spoken: Sequence[evaluate.Utterance]
+) -> str:
+    """A line for each look-ahead."""
+    lines = []
+    for ahead in (AHEAD_FILE, AHEAD_STREAM):
+        found = mouth_correlations(trunk, clips, ahead)
+        shown = {name: found.pop(name) for name in list(found) if not name.startswith("ar")}
+        for name, values in shown.items():
+            lines.append(f"  ahead {ahead}: {name} {json.dumps(values)}")
+        if found:
+            mean = {
+                field: round(sum(one[field] for one in found.values()) / len(found), 3)
+                for field in next(iter(found.values()))
+            }
+            lines.append(f"  ahead {ahead}: {len(found)} talkers {json.dumps(mean)}")
+        english = [one for one in spoken if one.language == "en"]
+        lines.append(f"  ahead {ahead}: English phones {phone_figures(trunk, english, ahead)}")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument(
+        "step", choices=("synthesise", "align", "realign", "fit", "ship", "reference")
+    )
+    parser.add_argument("whisper", type=Path, nargs="?")
+    parser.add_argument("--data", type=Path, default=Path("../shared/data"))
+    parser.add_argument("--work", type=Path, default=Path("build/trunk"))
+    parser.add_argument("--checkpoint", type=Path, default=Path("build/trunk.pt"))
+    parser.add_argument("--minutes", type=float, default=FitSettings.minutes)
+    parser.add_argument("--layers", type=int, default=TrunkConfig.layers)
+    parser.add_argument("--seed", type=int, default=FitSettings.seed)
+    parser.add_argument("--held-out", action="store_true")
+    parser.add_argument("-o", "--output", type=Path, default=Path("trunk.onnx"))
+    chosen = parser.parse_args()
+    torch.set_num_threads(1)
+    chosen.work.mkdir(parents=True, exist_ok=True)
+    if chosen.step == "labels":
+        write_nothing(chosen.data, chosen.work)
+        align_readers(chosen.data, chosen.work)
+    elif chosen.step == "fit":
+        teach(chosen)
+    else:
+        ship(chosen)
+
+
+if __name__ == "__main__":
+    main()

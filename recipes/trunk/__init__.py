@@ -1,0 +1,1 @@
+"""What `recipes.train_trunk` is made of."""

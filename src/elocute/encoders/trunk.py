@@ -1,0 +1,302 @@
+"""The trunk at run time: sound in; measures of a mouth and phones out, fifty times a second.
+
+There is one way through it, the stream; a whole file is a stream fed once. Each layer keeps what it
+heard, so every row is computed once, and how the sound is cut makes no difference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elocute.array_types import Float32Array, IntArray
+from elocute.audio import whisper_mel
+from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.waveform import SPEECH_RATE
+from elocute.encoders.protocol import FEATURE_RATE
+from elocute.errors import ModelError
+from elocute.files.json_records import parse_json
+from elocute.files.onnx_session import open_session
+
+KIND = "trunk"
+FILE_MAX_BYTES = 64_000_000
+MOUTH_FIELDS = ("opening", "width", "protrusion", "jaw", "upper_lip", "lower_lip", "shut")
+"""Deviations from a person's mean; whether the lips are shut as a logit."""
+ROW_SAMPLES = round(SPEECH_RATE / FEATURE_RATE)
+CONTEXT = 2  # frames of 10 ms on both sides of a row
+BLOCK_ROWS = 8  # that are attended together; how many blocks a run has changes nothing
+RUN_BLOCKS = 64  # at most, so that memory stays bounded
+KEPT = ("rows", "queries", "keys", "values")
+REST_ROWS = 10  # of silence put before and after
+FAR = np.float32(-1e4)
+AHEAD = 4
+"""Rows that each layer sees ahead."""
+SIZES_MAX = {
+    "width": 2048,
+    "layers": 24,
+    "history": 1500,
+    "period": 3000,
+    "mouth_channels": 1024,
+    "phone_channels": 1024,
+    "reach": 200,
+}
+"""Whole numbers that the record of a trunk has, and the most that each may be."""
+
+
+class TrunkNetwork:
+    """The ONNX file of a trunk, as `recipes.train_trunk` writes it.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    session : onnxruntime.InferenceSession, optional
+        Of the same file, where it was opened before.
+
+    Raises
+    ------
+    ModelError
+        When it is first used: for a file that is missing or no trunk.
+    """
+
+    def __init__(self, path: str | Path, session: Any = None) -> None:
+        self.path, self._opened = Path(path), session
+
+    @cached_property
+    def session(self) -> Any:
+        """Of onnxruntime."""
+        return self._opened or open_session(
+            self.path, max_bytes=FILE_MAX_BYTES, allowed="a trunk", error=ModelError
+        )
+
+    @cached_property
+    def record(self) -> dict[str, Any]:
+        """What training wrote into the file."""
+        entry = self.session.get_modelmeta().custom_metadata_map.get("elocute", "{}")
+        parsed = parse_json(entry, self.path, allowed="a trunk", error=ModelError)
+        record = parsed if isinstance(parsed, dict) else {}
+        sizes = [record.get(name) for name in SIZES_MAX]
+        sized = all(
+            type(size) is int and 0 < size <= most
+            for size, most in zip(sizes, SIZES_MAX.values(), strict=True)
+        )
+        if record.get("kind") != KIND or not sized or record["width"] % 2:
+            raise ModelError.about(
+                self.path, found="another network", allowed="a trunk of recipes.train_trunk"
+            )
+        return record
+
+    @cached_property
+    def _outputs(self) -> list[str]:
+        return [output.name for output in self.session.get_outputs()]
+
+    def run(self, given: dict[str, Float32Array]) -> dict[str, Float32Array]:
+        """Named arrays in and out.
+
+        Raises ModelError for a network of another form, and for NaN or infinity in its answers.
+        """
+        try:
+            answers = self.session.run(self._outputs, given)
+        except Exception as error:  # onnxruntime has no common base of its own
+            raise ModelError.about(
+                self.path, found="a network of another form", allowed="a trunk"
+            ) from error
+        found = dict(zip(self._outputs, answers, strict=True))
+        rows = len(given["positions"])
+        for name, columns in (("mouth", len(MOUTH_FIELDS)), ("phones", len(PHONES))):
+            answer = found.get(name)
+            if answer is None or answer.shape != (rows, columns) or not np.isfinite(answer).all():
+                raise ModelError.about(
+                    self.path, found=f"no {name} of (rows, {columns})", allowed="a trunk"
+                )
+        return found
+
+    @cached_property
+    def positions(self) -> Float32Array:
+        """(period, width) sinusoids, each a whole number of turns in a period."""
+        period, half = self.record["period"], self.record["width"] // 2
+        radians = np.exp(-np.log(10_000.0) / (half - 1) * np.arange(half))
+        turns = np.round(radians * period / (2 * np.pi))
+        angle = np.arange(period)[:, None] * turns * (2 * np.pi / period)
+        return np.concatenate([np.sin(angle), np.cos(angle)], axis=1).astype(np.float32)
+
+
+@dataclass(eq=False)
+class _Layer:
+    """What a layer keeps: rows that wait for what comes, and what they may look back to."""
+
+    rows: Float32Array
+    queries: Float32Array
+    keys: Float32Array
+    values: Float32Array
+
+
+def trunk_lookahead_s(network: TrunkNetwork, ahead: int = AHEAD) -> float:
+    """How much later than a row's own time the sound must be known, s, its block included."""
+    layers = network.record["layers"]
+    return whisper_mel.LOOKAHEAD_S + CONTEXT / 100 + (layers * ahead + BLOCK_ROWS) / FEATURE_RATE
+
+
+@dataclass(frozen=True, eq=False)
+class TrunkRows:
+    """What the trunk hears in some rows of 20 ms.
+
+    Parameters
+    ----------
+    mouth : (row, 7) float32
+        `MOUTH_FIELDS`.
+    phones : (row, 40) float32
+        Log-posteriors.
+    peaks : (row,) float32
+        The loudest band, decades of power.
+    """
+
+    mouth: Float32Array
+    phones: Float32Array
+    peaks: Float32Array
+
+    def part(self, first: int, stop: int | None) -> TrunkRows:
+        """Some of the rows."""
+        kept = slice(first, stop)
+        return TrunkRows(self.mouth[kept], self.phones[kept], self.peaks[kept])
+
+    @classmethod
+    def joined(cls, parts: Sequence[TrunkRows]) -> TrunkRows:
+        """One after the other."""
+        columns = [[one.mouth, one.phones, one.peaks] for one in parts]
+        return cls(*(np.concatenate(column) for column in zip(*columns, strict=True)))
+
+
+class TrunkStream:
+    """Push sound at 16 kHz, take rows as soon as they are certain; flush at the end.
+
+    Parameters
+    ----------
+    network : TrunkNetwork
+        The trunk.
+    ahead : int
+        Rows that each layer sees ahead.
+
+    Raises
+    ------
+    ModelError
+        For a network of another form.
+    """
+
+    def __init__(self, network: TrunkNetwork, ahead: int = AHEAD) -> None:
+        self._network, record = network, network.record
+        self._ahead, self._history, self._layers = ahead, record["history"], record["layers"]
+        self._window = self._history + ahead + BLOCK_ROWS  # rows that a block may look at
+        self._late = self._layers * ahead  # rows by which the answers are late
+        width, kept = record["width"], self._history + ahead
+        self._state = [
+            _Layer(
+                _nothing(ahead, width),
+                _nothing(ahead, width),
+                _nothing(kept, width),
+                _nothing(kept, width),
+            )
+            for _ in range(self._layers)
+        ]
+        self._mouth = _nothing(record["reach"], record["mouth_channels"])
+        self._phones = _nothing(record["reach"], record["phone_channels"])
+        self._mel = whisper_mel.WhisperMel()
+        self._bands = np.full((CONTEXT, whisper_mel.BANDS), whisper_mel.LEAST, np.float32)
+        self._samples = self._fed = 0
+        self._total: int | None = None
+        self._peaks = np.zeros(2 * self._late, np.float32)  # two frames a row, late as answers are
+        self._listen(_rest())
+
+    def push(self, samples: Float32Array) -> TrunkRows:
+        """Take a block of sound.
+
+        Parameters
+        ----------
+        samples : (sample,) float32
+            At 16 kHz.
+
+        Returns
+        -------
+        TrunkRows
+            The rows that are now certain.
+        """
+        self._samples += len(samples)
+        return self._listen(samples)
+
+    def flush(self) -> TrunkRows:
+        """The remaining rows, as `push` gives them."""
+        rows = -(-self._samples // ROW_SAMPLES)
+        # What comes after the last row is not there: no row attends to it.
+        self._total = 2 * REST_ROWS + rows
+        short = rows * ROW_SAMPLES - self._samples
+        padding = np.zeros(short + (self._late + BLOCK_ROWS) * ROW_SAMPLES, np.float32)
+        given = max(0, self._fed - self._late - REST_ROWS)
+        return self._listen(np.concatenate([_rest(), padding])).part(0, rows - given)
+
+    def _listen(self, samples: Float32Array) -> TrunkRows:
+        """Run all whole blocks."""
+        self._bands = np.concatenate([self._bands, self._mel.push(samples)])
+        self._peaks = np.concatenate([self._peaks, self._mel.peaks])
+        given = [TrunkRows(_nothing(0, len(MOUTH_FIELDS)), _nothing(0, len(PHONES)), _nothing(0))]
+        while blocks := (len(self._bands) - 2 * CONTEXT + 1) // (2 * BLOCK_ROWS):
+            before = max(0, REST_ROWS + self._late - self._fed)  # heard, but not given
+            given.append(self._run(min(blocks, RUN_BLOCKS)).part(before, None))
+        return TrunkRows.joined(given)
+
+    def _run(self, blocks: int) -> TrunkRows:
+        """The next rows through all layers."""
+        network, fed, rows = self._network, self._fed, blocks * BLOCK_ROWS
+        starts = BLOCK_ROWS * np.arange(blocks)
+        places = (fed + np.arange(rows)) % network.record["period"]
+        given = {
+            "bands": self._bands[: 2 * rows + 2 * CONTEXT - 1],
+            "positions": network.positions[places],
+            "windows": starts[:, None] + np.arange(self._window),
+            "mouth_before": self._mouth,
+            "phones_before": self._phones,
+        }
+        for number, layer in enumerate(self._state):
+            for part in KEPT:
+                given[f"{part}_{number}"] = getattr(layer, part)
+            given[f"seen_{number}"] = self._seen(fed - number * self._ahead + starts)
+        found = network.run(given)
+        for number, layer in enumerate(self._state):
+            for part in KEPT:
+                setattr(layer, part, _moved_on(getattr(layer, part), found[f"{part}_{number}_new"]))
+        self._mouth = _moved_on(self._mouth, found["mouth_new"])
+        self._phones = _moved_on(self._phones, found["phones_new"])
+        self._bands = self._bands[2 * rows :]
+        self._fed += rows
+        peaks, self._peaks = self._peaks[: 2 * rows], self._peaks[2 * rows :]
+        return TrunkRows(found["mouth"], found["phones"], peaks.reshape(-1, 2).max(axis=1))
+
+    def _seen(self, starts: IntArray) -> Float32Array:
+        """(block, 1, query, key) 0 where a row attends to another, `FAR` elsewhere.
+
+        `starts` (block,) are the newest rows with which blocks begin.
+        """
+        key = starts[:, None] - self._history - self._ahead + np.arange(self._window)
+        query = starts[:, None] - self._ahead + np.arange(BLOCK_ROWS)
+        apart = key[:, None] - query[:, :, None]
+        there = (key >= 0) & (key < (self._total or np.inf))
+        seen = (apart >= -self._history) & (apart <= self._ahead) & there[:, None]
+        return np.where(seen, np.float32(0), FAR)[:, None]
+
+
+def _rest() -> Float32Array:
+    return np.zeros(REST_ROWS * ROW_SAMPLES, np.float32)
+
+
+def _nothing(*shape: int) -> Float32Array:
+    return np.zeros(shape, np.float32)
+
+
+def _moved_on(kept: Float32Array, new: Float32Array) -> Float32Array:
+    """The last rows, as many as before."""
+    joined = np.concatenate([kept, new])
+    return joined[len(joined) - len(kept) :]

@@ -1,0 +1,145 @@
+"""The trunk: the first layers of Whisper's encoder, taught to hear only so far ahead, with heads.
+
+Every row of 20 ms attends to `history` rows before it and to so many after it as the caller says;
+the heads look back only. Whisper's sinusoids tell positions, rounded to a common period, so that a
+sound of any length goes on as it began.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from elocute.array_types import Float32Array
+
+CONTEXT = 2  # frames of 10 ms that a row sees on both sides, before any attention
+FAR = -1e4  # score of what is not attended to
+
+
+@dataclass(frozen=True)
+class TrunkConfig:
+    """Sizes; Whisper base has a width of 512, six layers and eight heads."""
+
+    bands: int = 80
+    width: int = 512
+    layers: int = 3
+    heads: int = 8
+    history: int = 150
+    period: int = 500
+    mouth: int = 7  # six measures, and whether the lips are shut
+    mouth_channels: int = 96
+    phones: int = 40
+    phone_channels: int = 192
+
+
+def position_rows(period: int, width: int) -> Float32Array:
+    """(period, width) sinusoids of Whisper's positions, each rounded to a whole number of turns.
+
+    Those too slow for one turn in a period stand still, as at the beginning of a sound.
+    """
+    half = width // 2
+    radians = np.exp(-np.log(10_000.0) / (half - 1) * np.arange(half))
+    turns = np.round(radians * period / (2 * np.pi))
+    angle = np.arange(period)[:, None] * turns * (2 * np.pi / period)
+    return np.concatenate([np.sin(angle), np.cos(angle)], axis=1).astype(np.float32)
+
+
+class Layer(nn.Module):
+    """A layer of the transformer, normalised before each half."""
+
+    def __init__(self, width: int, heads: int) -> None:
+        super().__init__()
+        self.heads = heads
+        self.attention_norm, self.forward_norm = nn.LayerNorm(width), nn.LayerNorm(width)
+        self.attend, self.leave = nn.Linear(width, 3 * width), nn.Linear(width, width)
+        self.widen, self.narrow = nn.Linear(width, 4 * width), nn.Linear(4 * width, width)
+
+    def forward(self, x: Tensor, bias: Tensor | None) -> Tensor:
+        batch, rows, width = x.shape
+        parts = self.attend(self.attention_norm(x)).view(batch, rows, 3, self.heads, -1)
+        query, key, value = parts.permute(2, 0, 3, 1, 4)
+        mask = None if bias is None else bias.to(query.dtype)
+        mixed = functional.scaled_dot_product_attention(query, key, value, attn_mask=mask)
+        x = x + self.leave(mixed.transpose(1, 2).reshape(batch, rows, width))
+        return x + self.narrow(functional.gelu(self.widen(self.forward_norm(x))))
+
+
+class CausalHead(nn.Module):
+    """Dilated convolutions that look back only: (batch, row, width) to (batch, row, output)."""
+
+    def __init__(
+        self, width: int, channels: int, outputs: int, dilations: tuple[int, ...], dropout: float
+    ) -> None:
+        super().__init__()
+        self.enter = nn.Linear(width, channels)
+        self.layers = nn.ModuleList(
+            nn.Conv1d(channels, channels, 3, dilation=dilation) for dilation in dilations
+        )
+        self.leave = nn.Linear(channels, outputs)
+        self.dilations = dilations
+        self.drop_rows, self.dropout = nn.Dropout(2 * dropout), nn.Dropout(dropout)
+
+    @property
+    def reach(self) -> int:
+        """Rows that an output sees before its own."""
+        return 2 * sum(self.dilations)
+
+    def forward(self, rows: Tensor) -> Tensor:
+        x = self.dropout(torch.relu(self.enter(self.drop_rows(rows)))).transpose(1, 2)
+        for layer, dilation in zip(self.layers, self.dilations, strict=True):
+            x = x + self.dropout(torch.relu(layer(functional.pad(x, (2 * dilation, 0)))))
+        return self.leave(x.transpose(1, 2))
+
+
+class Trunk(nn.Module):
+    """Bands in, rows out, and what the heads make of them."""
+
+    def __init__(self, config: TrunkConfig | None = None) -> None:
+        super().__init__()
+        self.config = config = config or TrunkConfig()
+        self.first = nn.Conv1d(config.bands, config.width, 3)
+        self.second = nn.Conv1d(config.width, config.width, 3, stride=2)
+        self.layers = nn.ModuleList(Layer(config.width, config.heads) for _ in range(config.layers))
+        self.mouth = CausalHead(
+            config.width, config.mouth_channels, config.mouth, (1, 2, 4), dropout=0.15
+        )
+        self.phones = CausalHead(
+            config.width, config.phone_channels, config.phones, (1, 2, 4), dropout=0.05
+        )
+        positions = torch.from_numpy(position_rows(config.period, config.width))
+        self.register_buffer("positions", positions, persistent=False)
+
+    def rows(self, bands: Tensor, ahead: int | None, first: int = 0) -> Tensor:
+        """The rows that the heads read.
+
+        Parameters
+        ----------
+        bands : (batch, 2 · row + 3, 80)
+            `CONTEXT` frames more before the first row's own, and as many after the last's.
+        ahead : int or None
+            Rows that each layer sees ahead; None for all.
+        first : int
+            Position of the first row.
+
+        Returns
+        -------
+        (batch, row, width)
+            Normalised.
+        """
+        x = functional.gelu(self.first(bands.transpose(1, 2)))
+        x = functional.gelu(self.second(x)).transpose(1, 2)
+        count = x.shape[1]
+        place = torch.arange(count)
+        x = x + self.positions[(first + place) % self.config.period]
+        bias = None
+        if ahead is not None:
+            apart = place[None] - place[:, None]
+            seen = (apart <= ahead) & (apart >= -self.config.history)
+            bias = torch.zeros(count, count).masked_fill(~seen, FAR)
+        for layer in self.layers:
+            x = layer(x, bias)
+        return functional.layer_norm(x.float(), (self.config.width,))
