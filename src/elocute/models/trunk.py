@@ -1,8 +1,8 @@
 """A mouth straight from the sound: the model of many talkers that a trunk drives.
 
 The trunk hears what people's mouths do (`encoders.trunk`), and which phones are said. From there on
-it is as with `talkers`: the rules of articulation say which shapes the phones want, the mouth that was
-heard says how far they open, spread and lower the jaw, contacts are decoded over a phrase.
+it is as with `talkers`: the rules of articulation say which shapes the phones want, the mouth that
+was heard says how far they open, spread and lower the jaw, contacts are decoded over a phrase.
 """
 
 from __future__ import annotations
