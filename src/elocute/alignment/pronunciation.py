@@ -5,6 +5,7 @@ from __future__ import annotations
 from elocute.alignment.phone_alignment import PronouncedWord
 from elocute.audio.espeak import check_text, speak
 from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.text_words import words_of_text
 from elocute.audio.voice_settings import VoiceSettings
 from elocute.errors import AlignmentError, MachineError
 
@@ -60,7 +61,12 @@ def _from_dictionary(text: str, missing: MachineError) -> list[PronouncedWord]:
             allowed="words of pocketsphinx's English dictionary",
             remedy="install espeak-ng (pip install 'elocute[tts]'), which speaks every word",
         )
+    spelled = [
+        (word.text, [phone for part in words_in(word.text) for phone in aligner.phones(part)])
+        for word in words_of_text(text)
+    ]
     return [
-        PronouncedWord(word, tuple(phone for phone in aligner.phones(word) if phone in PHONES))
-        for word in words_in(text)
+        PronouncedWord(word, tuple(phone for phone in phones if phone in PHONES))
+        for word, phones in spelled
+        if phones
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,9 @@ LINE_LETTERS, LINES = 42, 2
 CAPTION_S, PAUSE_S, SENTENCE_PAUSE_S = 6.0, 0.6, 0.2
 """A caption ends before it is longer, and at a pause; at a shorter one after a sentence."""
 SENTENCE_ENDS = (".", "!", "?", "…", "。", "！", "？")
+
+MARKS = re.compile(r"[^\w\s]*(?:\s+[!?;:…»”.]+(?=\s|$))?")
+"""Behind a word; French has a space before some."""
 
 
 @dataclass(frozen=True)
@@ -141,11 +145,11 @@ def _captions(sheet: CueSheet) -> list[Label]:
             "captions", found="no words", allowed="a speech whose `text` is known"
         )
     lines: list[Label] = []
-    for start, end, word in as_written(sheet.words, sheet.text):
+    for (start, end, word), space in _written(sheet.words, sheet.text):
         word = " ".join(printable(word).split()).replace("-->", "→")
         if lines and not _ends(lines[-1], start, end, word):
             begun, _, text = lines.pop()
-            start, word = begun, f"{text} {word}"
+            start, word = begun, f"{text}{space}{word}"
         lines.append((start, end, word))
     return [(start, end, _in_lines(text)) for start, end, text in lines]
 
@@ -170,15 +174,20 @@ def _ends(line: Label, start: float, end: float, word: str) -> bool:
 
 def as_written(words: Sequence[Label], text: str) -> list[Label]:
     """Words with the marks that stand round them in their text; as they are where it lacks them."""
+    return [label for label, _ in _written(words, text)]
+
+
+def _written(words: Sequence[Label], text: str) -> list[tuple[Label, str]]:
+    """Words as `as_written` has them, each with what stands before it: a space or nothing."""
     found, at = [], 0
     for start, end, word in words:
+        space = "" if at and not text[at : at + 1].isspace() else " "
         place = text.find(word, at)
         if place >= 0 and not any(map(str.isalnum, text[at:place])):
-            stop = place + len(word)
-            while stop < len(text) and not text[stop].isspace() and not text[stop].isalnum():
-                stop += 1
+            marks = MARKS.match(text, place + len(word))
+            stop = marks.end() if marks else place + len(word)
             word, at = text[at:stop].strip(), stop
-        found.append((start, end, word))
+        found.append(((start, end, word), space))
     return found
 
 

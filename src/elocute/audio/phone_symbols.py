@@ -194,7 +194,7 @@ IPA = {
 }
 
 BY_LANGUAGE = {
-    "en": {"a": "AE", "ɾ": "D", "e": "EH", "o": "OW", "aː": "AA"},
+    "en": {"a": "AE", "ɾ": "D", "e": "EH", "o": "OW", "aː": "AA", "oɹ": "AO R", "or": "AO R"},
 }
 
 _VOWELS = frozenset("iɪɨᵻyʏeɛøœɶaæɑɒɔouʊʉɵəɘɐʌɜɞɚɝɤɯ")
@@ -367,35 +367,48 @@ POLLY_VISEMES = {
 
 
 def ipa_phone(symbol: str, language: str = "") -> str | None:
-    """One of PHONES for an IPA symbol, with its marks.
+    """The first of `ipa_phones`; None for an unknown symbol."""
+    return next(iter(ipa_phones(symbol, language)), None)
+
+
+def ipa_phones(symbol: str, language: str = "") -> list[str]:
+    """Phones for an IPA symbol with its marks, or for several symbols in a row.
 
     Parameters
     ----------
     symbol : str
-        As espeak-ng, MFA and dictionaries write it.
+        As espeak-ng, MFA and dictionaries write it: t, tʃ, also əl and ɑːɹ, which are two.
     language : str
         Whose phones they are, as `de` or `en-us`.
 
     Returns
     -------
-    str or None
-        PROLONGS for a mark alone, None for an unknown symbol.
+    list of str
+        Of PHONES; [PROLONGS] for a mark alone, none for an unknown symbol.
     """
     special = BY_LANGUAGE.get(language[:2], {})
     if symbol in special:
-        return special[symbol]
+        return special[symbol].split()
     bare = _bare(symbol)
     if not bare:
-        return PROLONGS if symbol.strip("_ :|") else REST
-    plain = "".join(c for c in unicodedata.normalize("NFD", bare) if not unicodedata.combining(c))
-    for written in (bare, plain):  # ç is a letter of its own, ä an a with a mark
-        for length in (3, 2, 1):
-            head = written[:length]
-            if head in special:
-                return special[head]
-            if head in IPA:
-                return IPA[head]
-    return None
+        return [PROLONGS if symbol.strip("_ :|") else REST]
+    found: list[str] = []
+    at = 0
+    while at < len(bare):
+        head = next(
+            (
+                bare[at : at + length]
+                for length in (3, 2, 1)
+                if bare[at : at + length] in special or bare[at : at + length] in IPA
+            ),
+            None,
+        )
+        if head is None:
+            return found
+        breath = found and head == "h" and bare[at - 1] not in _VOWELS
+        found += [] if breath else special.get(head, IPA.get(head, "")).split()
+        at += len(head)
+    return found
 
 
 def one_ipa_phone(symbol: str, language: str = "") -> str | None:
