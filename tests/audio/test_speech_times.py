@@ -226,7 +226,7 @@ def test_times_beyond_the_sound(tmp_path):
         ("a.csv", "start_s,end_s,phone\n0,nan,AA\n", "row 2"),
         (
             "a.csv",
-            "start_s,end_s,phone\n0,1,XQ\n1,2,AA\n",
+            "start_s,end_s,phone\n0,1,XQ\n1,2,QX\n2,3,AA\n",
             r"symbol 'XQ': unknown in arpabet.*nearest",
         ),
         ("a.csv", "start_s,end_s,phone\n0,1,AA\n0.5,2,P\n", "in AA, which lasts until 1.000 s"),

@@ -21,7 +21,7 @@ from elocute.array_types import Float32Array
 from elocute.audio import espeak_library
 from elocute.audio.phone_symbols import PROLONGS, REST, ipa_phones
 from elocute.audio.text_words import share_phones, words_of_text
-from elocute.audio.voice_settings import TEXT_MAX, VoiceSettings
+from elocute.audio.voice_settings import TEXT_MAX, VoiceSettings, language_names
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError, MachineError, printable
 
@@ -147,14 +147,15 @@ def speak(text: str, settings: VoiceSettings | None = None) -> SpokenText:
         Where espeak-ng is missing or fails.
     """
     settings, text = settings or VoiceSettings(), check_text(text)
-    header, samples, rate = _said(text, settings)
+    alone = {word.text for word in words_of_text(text)}
+    header, samples, rate = _said(text, settings, sorted(alone))
     if not header["phones"] or not np.any(np.abs(samples) > SILENT):
         raise InputError.about(
             "text",
             found="nothing that is spoken",
             allowed=f"words of `language` {settings.language}",
         )
-    phones, sources = _phones(header["phones"], len(samples), rate, settings.language)
+    phones, sources = _phones(header["phones"], len(samples), rate, settings.language.lower())
     phones = _closed(phones, samples, rate)
     words = _words(text, phones, _places(header["words"], sources), header["alone"])
     padded = np.concatenate(
@@ -162,6 +163,36 @@ def speak(text: str, settings: VoiceSettings | None = None) -> SpokenText:
     ).astype(np.float32)
     later = tuple(SpokenWord(word.text, _later(word.phones)) for word in words)
     return SpokenText(Waveform(padded, rate), _later(phones), later)
+
+
+def spell(words: Sequence[str], settings: VoiceSettings) -> dict[str, tuple[str, ...]]:
+    """The phones of words, each as it is said alone; none for one that is not spoken.
+
+    Parameters
+    ----------
+    words : sequence of str
+        The words.
+    settings : VoiceSettings
+        Whose language they are in.
+
+    Returns
+    -------
+    dict of str to tuple of str
+        ARPAbet phones of each word.
+
+    Raises
+    ------
+    InputError, MachineError
+        As `speak`.
+    """
+    for word in words:
+        if any(map(str.isalnum, word)):
+            check_text(word)
+    answer, _, _ = _said("a", settings, alone=words)
+    return {
+        word: tuple(_spelled(ipa, settings.language.lower()))
+        for word, ipa in answer["alone"].items()
+    }
 
 
 def has_espeak() -> bool:
@@ -173,16 +204,19 @@ def has_espeak() -> bool:
     return True
 
 
-def _said(text: str, settings: VoiceSettings) -> tuple[dict[str, Any], Float32Array, int]:
-    """What the library answers: events, samples within ±1, and their rate."""
+def _said(
+    text: str, settings: VoiceSettings, alone: Sequence[str] = ()
+) -> tuple[dict[str, Any], Float32Array, int]:
+    """What the library answers: events, samples within ±1, and their rate; and how the words
+    `alone` are spelled in IPA."""
     request = {
         "text": text,
-        "language": settings.language,
+        "languages": language_names(settings.language),
         "variant": settings.voice,
         "words_per_minute": settings.words_per_minute,
         "pitch": settings.pitch,
         "pitch_range": PITCH_RANGE,
-        "alone": sorted({word.text for word in words_of_text(text)}),
+        "alone": list(alone),
     }
     failures = []
     for library, home in _libraries():
@@ -305,11 +339,14 @@ def _words(
     ]
 
 
-def _spelled(ipa: str) -> list[str]:
+def _spelled(ipa: str, language: str = "") -> list[str]:
     """The phones of a word in IPA, parted by _."""
-    parts = [part for part in ipa.replace(" ", "_").split("_") if not LANGUAGE_MARK.fullmatch(part)]
-    names = [name for part in parts for name in ipa_phones(part)]
-    return [name for name in names if name not in (PROLONGS, REST)]
+    found: list[str] = []
+    for part in ipa.replace(" ", "_").split("_"):
+        mark = LANGUAGE_MARK.fullmatch(part)
+        language = mark[1] if mark else language
+        found += [] if mark else ipa_phones(part, language)
+    return [name for name in found if name not in (PROLONGS, REST)]
 
 
 def _later(times: Sequence[Phone]) -> tuple[Phone, ...]:

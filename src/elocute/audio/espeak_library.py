@@ -217,12 +217,14 @@ def _answer(library: EspeakLibrary, request: dict[str, Any]) -> EspeakSpeech | d
     """What was said, or the names there are where none is that of the request."""
     if request["variant"] and request["variant"] not in library.variants():
         return {"variants": library.variants()}
-    voice = "+".join(filter(None, (request["language"], request["variant"])))
     numbers = (request["words_per_minute"], request["pitch"], request["pitch_range"])
-    try:
-        return library.speak(request["text"], voice, *numbers)
-    except LookupError:
-        return {"languages": library.languages()}
+    for language in request["languages"]:
+        voice = "+".join(filter(None, (language, request["variant"])))
+        try:
+            return library.speak(request["text"], voice, *numbers)
+        except LookupError:
+            continue
+    return {"languages": library.languages()}
 
 
 if __name__ == "__main__":

@@ -1,0 +1,151 @@
+"""What is said of a text as people have it: scripts, SSML and subtitles hold more than that."""
+
+from __future__ import annotations
+
+import html
+import re
+from collections import Counter
+from pathlib import Path
+
+from elocute.errors import InputError
+from elocute.files.reading import decoded_text, read_bytes
+
+ALLOWED = "a text in UTF-8 or UTF-16"
+NAMED_MAX = 4
+ENDS = '.!?…:"”'
+_SSML = re.compile(r"\s*(?:<\?xml[^>]*>\s*)?(?:<!--.*?-->\s*)*<speak[\s>]", re.DOTALL)
+_ALIAS = re.compile(
+    r"<sub\b[^>]*\balias\s*=\s*(?:\"([^\"]*)\"|'([^']*)')[^>]*>.*?</sub\s*>", re.DOTALL
+)
+_TAG = re.compile(r"<!--.*?-->|<[^<>]*>", re.DOTALL)
+_NOT_SAID = re.compile(r"<(desc|metadata|lexicon|meta)\b[^>]*(?<!/)>.*?</\1\s*>", re.DOTALL)
+# `BOB:`, `BOB (whispers):`, `Bob:`, `Speaker 2:` at the start of a line.
+_NAME = re.compile(
+    r"^[ \t>*-]*([^\W\d_][\w.'’-]*(?: [\w.'’#&-]+){0,3})[ \t]*"
+    r"(?:\([^()\n]*\)[ \t]*)?[:：][ \t]+",
+    re.MULTILINE,
+)
+_BRACKETS = re.compile(r"\[[^\[\]]*\]|【[^【】]*】")
+_ASIDE = re.compile(r"[(（]([^()（）]{1,80})[)）]")
+_DIRECTIONS = re.compile(
+    r"(?:\w+ly )?(?:sighs?|laughs?|laughing|laughter|chuckles?|giggles?|coughs?|gasps?|whispers?|"
+    r"whispering|shouts?|shouting|sobs?|crying|cries|groans?|clears (?:his|her|their)? ?throat|"
+    r"pauses?|beat|silence|applause|music|cheering|inaudible|crosstalk|breathes?|sniffs?|sings?|"
+    r"singing|smiles?|nods?|v\.?o\.?|o\.?s\.?|cont'?d\.?|off)\b",
+    re.IGNORECASE,
+)
+_KINDS = (
+    (b"PK\x03\x04", "a Word document or another ZIP file"),
+    (b"{\\rtf", "a document in Rich Text Format"),
+    (b"\xd0\xcf\x11\xe0", "an old Word document"),
+    (b"%PDF", "a PDF"),
+)
+
+
+def read_transcript(
+    path: str | Path,
+    *,
+    max_bytes: int,
+    allowed: str = ALLOWED,
+    error: type[InputError] = InputError,
+) -> str:
+    """Read a text that people wrote.
+
+    Parameters
+    ----------
+    path, max_bytes, allowed, error
+        As for `elocute.files.reading.read_text`.
+
+    Returns
+    -------
+    str
+        All of it.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, also for documents that are no plain text, which are named.
+    """
+    data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error)
+    for start, kind in _KINDS:
+        if data.startswith(start):
+            remedy = "save it as plain text (.txt), and give that"
+            raise error.about(Path(path), found=kind, allowed=allowed, remedy=remedy)
+    return decoded_text(data, Path(path), allowed=allowed, error=error)
+
+
+def without_tags(text: str) -> str:
+    """The text of SSML; any other text as it is.
+
+    Parameters
+    ----------
+    text : str
+        Where it begins with <speak>, its tags are taken out; an alias takes the place of what it
+        stands for.
+
+    Returns
+    -------
+    str
+    """
+    if _SSML.match(text) is None:
+        return text
+    text = _ALIAS.sub(lambda match: match[1] or match[2] or "", _NOT_SAID.sub(" ", text))
+    plain = html.unescape(_TAG.sub(" ", text))
+    return re.sub(r"\s+([,.;:!?…])", r"\1", " ".join(plain.split()))
+
+
+def spoken_script(text: str) -> tuple[str, list[str]]:
+    """What is said of a script: without tags of SSML, names of speakers and stage directions.
+
+    A name stands in capitals before a colon at the start of a line, or does so on several lines. A
+    direction stands in square brackets, or in round ones between sentences or with a word such as
+    `sighs`.
+
+    Parameters
+    ----------
+    text : str
+        As people have it.
+
+    Returns
+    -------
+    said : str
+        What is said, in its lines.
+    left_out : list of str
+        What was left out, in order.
+    """
+    text = without_tags(text)
+    left_out: list[str] = []
+
+    def drop(match: re.Match[str]) -> str:
+        left_out.append(" ".join(match[0].split()))
+        return " "
+
+    seen = Counter(match[1] for match in _NAME.finditer(text))
+
+    def name(match: re.Match[str]) -> str:
+        is_name = match[1] == match[1].upper() != match[1].lower() or seen[match[1]] > 1
+        return drop(match) if is_name or match[1].startswith("Speaker ") else match[0]
+
+    def aside(match: re.Match[str]) -> str:
+        before = match.string[: match.start()].rstrip()
+        after = match.string[match.end() :].lstrip()
+        apart = (not before or before[-1] in ENDS) and (not after or not after[0].islower())
+        short = len(match[1].split()) <= 4 and match[1].rstrip()[-1:] not in ENDS
+        said = not (apart and short) and not _DIRECTIONS.match(match[1].strip())
+        return match[0] if said else drop(match)
+
+    text = _NAME.sub(name, text)
+    text = _ASIDE.sub(aside, _BRACKETS.sub(drop, text))
+    lines = (
+        re.sub(r"[ \t]+([,.;!?])", r"\1", " ".join(line.split())) for line in text.splitlines()
+    )
+    return "\n".join(filter(None, lines)), left_out
+
+
+def left_out_note(left_out: list[str]) -> list[str]:
+    """What to know about a script of which something was left out; nothing otherwise."""
+    if not left_out:
+        return []
+    named = ", ".join(repr(each[:40]) for each in left_out[:NAMED_MAX])
+    more = f" and {len(left_out) - NAMED_MAX} more" if len(left_out) > NAMED_MAX else ""
+    return [f"not taken for speech: {named}{more}"]

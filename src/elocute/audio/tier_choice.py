@@ -1,0 +1,159 @@
+"""Which of several tiers of labels is read: by name, by number, or by whose speech it is."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from elocute.audio.timed_labels import Label, Labels
+from elocute.errors import InputError
+
+Tier = tuple[str, list[Label]]
+TOLD_MAX = 6
+# Names as MFA, WebMAUS, SPPAS, Praat's users and corpora write them, the best first; all of them
+# before any that only has such a part.
+PHONES = ("phones", "phone", "mau", "phonalign", "phonemes", "phoneme", "segments", "segment")
+PHONES += ("phn", "sampa", "ipa", "phonetic")
+WORDS = ("words", "word", "ort-mau", "tokensalign", "tokens", "token", "orthography", "ort")
+# Parts of names of tiers that hold a whole word or syllable in one label.
+OTHERS = frozenset(["kan", "kas", "mas", "trn", "tok", "syll", "syllable", "syllables"])
+_PARTS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[^\W\d_]+")
+
+
+@dataclass(frozen=True)
+class TierChoice:
+    """Which tier a caller wants; "" where any will do.
+
+    Parameters
+    ----------
+    tier : str
+        Its name, or its number from 1.
+    speaker : str
+        Whose tiers: the rest of their names.
+    """
+
+    tier: str = ""
+    speaker: str = ""
+
+    def check_unused(self) -> None:
+        """Raise InputError where a tier or a speaker is wanted of a file that tells none."""
+        for name in ("tier", "speaker"):
+            if getattr(self, name):
+                raise InputError.about(
+                    f"`{name}`",
+                    found=repr(getattr(self, name)[:40]),
+                    allowed=f"none: this file tells no {name}s",
+                )
+
+    def labels(self, tiers: Sequence[Tier], sorted_out: Callable[[list[Label]], Labels]) -> Labels:
+        """The labels of the tier of phones, else those of words, else those of the only tier.
+
+        Parameters
+        ----------
+        tiers : sequence of (str, list of (float, float, str))
+            All tiers of intervals, in the order of the file.
+        sorted_out : callable
+            Says whether labels are phones or words where the name of their tier does not.
+
+        Returns
+        -------
+        Labels
+
+        Raises
+        ------
+        InputError
+            For a tier that is not there, several that could be meant, and none that is known.
+        """
+        if self.tier:
+            name, labels = self._named(tiers)
+            return _made(_kind(name), labels, sorted_out)
+        filled = [tier for tier in tiers if any(text.strip() for _, _, text in tier[1])]
+        if tiers and not filled:
+            raise _fault(tiers, "empty tiers: ", "one with labels")
+        if self.speaker:
+            filled = self._spoken_by(filled)
+        for names in (PHONES, WORDS):
+            best = _best(filled, names)
+            if len(best) > 1:
+                raise _fault(best, "", "one of them", "name it with `tier`, or its `speaker`")
+            if best:
+                return _made(names, best[0][1], sorted_out)
+        if len(filled) == 1:
+            return sorted_out(filled[0][1])
+        raise _fault(tiers, "", "one called phones or words", "name the one to read with `tier`")
+
+    def _named(self, tiers: Sequence[Tier]) -> Tier:
+        wanted = self.tier.strip()
+        same = [tier for tier in tiers if tier[0].strip() == wanted]
+        same = same or [tier for tier in tiers if tier[0].strip().lower() == wanted.lower()]
+        if not same and wanted.isascii() and wanted.isdigit() and 0 < int(wanted[:9]) <= len(tiers):
+            return tiers[int(wanted[:9]) - 1]
+        if len(same) == 1:
+            return same[0]
+        what = f"{len(same)} tiers of the name" if same else "not there"
+        listed = ", ".join(
+            f"{number} {name[:40]!r}" for number, (name, _) in enumerate(tiers[:TOLD_MAX], 1)
+        )
+        raise InputError.about(
+            f"`tier` {self.tier[:40]!r}", found=what, allowed=f"a name or number of {listed}"
+        )
+
+    def _spoken_by(self, tiers: list[Tier]) -> list[Tier]:
+        wanted = self.speaker.strip().lower()
+        found = [tier for tier in tiers if _speaker(tier[0]) == wanted]
+        if not found:
+            raise _fault(tiers, "", f"a tier of `speaker` {self.speaker[:40]!r}")
+        return found
+
+
+def _made(
+    names: Sequence[str], labels: list[Label], sorted_out: Callable[[list[Label]], Labels]
+) -> Labels:
+    if not names:
+        return sorted_out(labels)
+    return Labels(phones=labels) if names is PHONES else Labels(words=labels)
+
+
+def _best(tiers: Sequence[Tier], names: Sequence[str]) -> list[Tier]:
+    """The tiers whose name is the best of these, speakers' names aside."""
+    ranked = [(_rank(name, names), (name, labels)) for name, labels in tiers]
+    best = min((rank for rank, _ in ranked if rank is not None), default=None)
+    return [tier for rank, tier in ranked if rank is not None and rank == best]
+
+
+def _kind(name: str) -> Sequence[str]:
+    return next((names for names in (PHONES, WORDS) if _rank(name, names) is not None), ())
+
+
+def _rank(name: str, names: Sequence[str]) -> int | None:
+    """0 for a tier's name that is one of these, alone or beside a speaker's; 1 for one that has
+    it as a part; None for others."""
+    plain = name.strip().lower()
+    if plain in names or any(part.strip() in names for part in plain.split(" - ")):
+        return 0
+    parts = _parts(name)
+    return 1 if not parts & OTHERS and parts & {*names, *_STEMS[names is PHONES]} else None
+
+
+_STEMS = {True: ("phon", "phones"), False: ("words",)}
+
+
+def _parts(name: str) -> set[str]:
+    return {part.lower() for part in _PARTS.findall(name)}
+
+
+def _speaker(name: str) -> str:
+    """What stands beside phones or words in a name: ann of `ann - phones` and of `phones_ann`."""
+    kept = [
+        part
+        for part in re.split(r"[\s_\-:/.]+", name.strip().lower())
+        if part not in PHONES and part not in WORDS
+    ]
+    return " ".join(kept) if " " in name else "_".join(kept)
+
+
+def _fault(tiers: Sequence[Tier], kind: str, allowed: str, remedy: str = "") -> InputError:
+    told = ", ".join(repr(name[:40]) for name, _ in tiers[:TOLD_MAX]) or "none"
+    told += ", …" if len(tiers) > TOLD_MAX else ""
+    return InputError.about("tiers", found=kind + told, allowed=allowed, remedy=remedy)
