@@ -38,3 +38,17 @@ def test_what_is_refused_leaves_nothing(speech_wav, tmp_path):
     refused("phones", tmp_path / "no.wav", "-o", tmp_path / "a.csv", says="no such file")
     refused("phones", speech_wav, "-o", speech_wav.with_suffix(".lab"), says="allowed: .textgrid")
     assert not list(tmp_path.iterdir())
+
+
+def test_tiers_and_texts_of_other_programs(speech_wav, tmp_path):
+    (tmp_path / "a.csv").write_text(
+        "Begin,End,Label,Type,Speaker\n0.3,0.4,m,phones,ann\n0.4,0.5,p,phones,bob\n"
+    )
+    given = ("phones", speech_wav, "--phones", tmp_path / "a.csv", "-o", tmp_path / "b.csv")
+    refused(*given, says="name one with --speaker")
+    succeeds(*given, "--speaker", "bob")
+    assert (tmp_path / "b.csv").read_text().splitlines()[1:] == ["0.400,0.500,P"]
+    refused(*given[:2], *given[4:], "--tier", "phones", says="--tier: no --phones")
+    (tmp_path / "a.docx").write_bytes(b"PK\x03\x04")
+    text = ("--text-file", tmp_path / "a.docx", "-o", tmp_path / "c.csv")
+    refused("phones", speech_wav, *text, says="a Word document or another ZIP file")

@@ -23,6 +23,8 @@ DOUBTFUL = 0.12
 """Confidence of a word below which the encoder alone says what is spoken there."""
 MOST_SILENT = 0.995
 NAMED_MAX = 5
+CAPTION_SLACK_S = 0.5
+"""By so much people set subtitles too early or too late."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,11 @@ class Transcript:
         InputError, MachineError."""
         said, notes = said_text(text)
         if is_captions(text):
-            words = cls.of_words(words_of_captions(text), language).words
+            timed = [
+                (start - CAPTION_SLACK_S, end + CAPTION_SLACK_S, word)
+                for start, end, word in words_of_captions(text)
+            ]
+            words = cls.of_words(timed, language).words
         else:
             words = tuple(pronounce(said, language))
         return cls(words, said, tuple(notes))

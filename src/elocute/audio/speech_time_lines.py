@@ -15,8 +15,8 @@ from elocute.errors import InputError
 
 MOHO_FPS = 24.0
 HTK_S, TIMIT_S = 1e-7, 1 / 16_000
-HTK_STEP = 10_000
-"""HTK's times are whole milliseconds in units of 100 ns."""
+HTK_STEP = 1000
+"""HTK's times are whole tenths of a millisecond, in units of 100 ns."""
 STRANGE_SHARE = 0.2
 _NUMBER = r"\d+(?:\.\d*)?(?:[eE][-+]?\d+)?"
 _MBROLA = re.compile(

@@ -11,6 +11,7 @@ from elocute.audio.timed_labels import LABELS_MAX, Label, Labels
 from elocute.errors import InputError
 from elocute.files.delimited import DelimitedTable
 
+HEAD_MAX = 4000
 COLUMNS = "start_s,end_s,phone, start_s,end_s,word, or MFA's Begin,End,Label,Type,Speaker"
 CTM = "lines of recording, channel, start, duration and label"
 # Names of columns as aligners, Praat, pandas and people write them; others are left alone.
@@ -33,11 +34,12 @@ _LABELS = (*_PHONES, *_WORDS, "label", "text", "value")
 _TIERS = ("type", "tier", "tier_name")
 
 
-def has_columns(first: str) -> bool:
-    """Whether the first line of a text is that of a table with names."""
+def has_columns(text: str) -> bool:
+    """Whether a text is a table whose first line names its columns."""
+    first = text.lstrip().partition("\n")[0]
     if "," in first and not first.startswith(";;"):
         return True
-    names = DelimitedTable.of(first).names
+    names = DelimitedTable.of(text[:HEAD_MAX]).names
     return len(names) > 2 and any(name in names for name in _STARTS)
 
 

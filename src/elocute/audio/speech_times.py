@@ -167,8 +167,7 @@ def _labels(data: bytes, stem: str, choice: TierChoice) -> Labels:
     if start in "[{":
         return parse_json_times(text, choice)
     lines = None if start == "<" else parse_lines(text)
-    first = next(line for line in text.splitlines() if line.strip())
-    if lines is None and start != "<" and not is_captions(text) and has_columns(first):
+    if lines is None and start != "<" and not is_captions(text) and has_columns(text):
         return parse_csv(text, choice, _sorted_out)
     choice.check_unused()
     if start == "<":

@@ -70,7 +70,7 @@ class TierChoice:
             return _made(_kind(name), labels, sorted_out)
         filled = [tier for tier in tiers if any(text.strip() for _, _, text in tier[1])]
         if tiers and not filled:
-            raise _fault(tiers, "empty tiers: ", "one with labels")
+            raise _fault(tiers, "all empty: ", "one with labels")
         if self.speaker:
             filled = self._spoken_by(filled)
         for names in (PHONES, WORDS):
@@ -127,16 +127,18 @@ def _kind(name: str) -> Sequence[str]:
 
 
 def _rank(name: str, names: Sequence[str]) -> int | None:
-    """0 for a tier's name that is one of these, alone or beside a speaker's; 1 for one that has
-    it as a part; None for others."""
+    """How good a tier's name is, 0 the best: one of these, one beside a speaker's, one that has it
+    as a part; None for others."""
     plain = name.strip().lower()
-    if plain in names or any(part.strip() in names for part in plain.split(" - ")):
-        return 0
+    if plain in names:
+        return names.index(plain)
+    beside = [names.index(part) for part in map(str.strip, plain.split(" - ")) if part in names]
+    if beside:
+        return len(names) + beside[0]
     parts = _parts(name)
-    return 1 if not parts & OTHERS and parts & {*names, *_STEMS[names is PHONES]} else None
-
-
-_STEMS = {True: ("phon", "phones"), False: ("words",)}
+    others = {*OTHERS, *WORDS} if names is PHONES else {*PHONES, "phon"}
+    known = parts & {*names, *(["phon"] if names is PHONES else [])} and not parts & others
+    return 2 * len(names) if known else None
 
 
 def _parts(name: str) -> set[str]:
