@@ -42,6 +42,13 @@ def test_subtitles_are_what_is_said_and_when():
     assert said_text(SRT) == ("Hello there.\nI live here.", [])
 
 
+def test_subtitles_by_hand_and_of_youtube():
+    crowded = "1\n00:00:01,000 --> 00:00:02,000\nTen\n2\n00:00:02,000 --> 00:00:03,000\nTwo\n\n7\n"
+    assert captions_of(crowded) == [(1, 2, "Ten"), (2, 3, "Two\n7")]
+    youtube = "0:00:01.000,0:00:02.500\nHello.\n\n0:00:02.500,0:00:03.000\nYou.\n"
+    assert captions_of(youtube) == [(1, 2.5, "Hello."), (2.5, 3, "You.")]
+
+
 @pytest.mark.parametrize(
     ("text", "said", "left_out"),
     [
@@ -88,6 +95,11 @@ def test_texts_of_windows_are_read(tmp_path, encoding):
         (b"PK\x03\x04word/document.xml", "a Word document or another ZIP file; .*plain text"),
         (rb"{\rtf1\ansi Hello}", "Rich Text Format"),
         (b"%PDF-1.7", "a PDF"),
+        (
+            b"[Script Info]\nTitle: x\n",
+            "subtitles of another kind; .*save it as text, .srt or .vtt",
+        ),
+        (b'<?xml version="1.0"?><tt></tt>', "markup or subtitles of another kind"),
         ("Grüße".encode("latin-1"), "byte 2 is not UTF-8"),
     ],
 )

@@ -113,6 +113,14 @@ def test_guessed_milliseconds_are_told(tmp_path):
     assert read(tmp_path, {"words": timed("start", "end", "text")}).notes == ()
 
 
+def test_whisper_s_table_of_phrases_in_milliseconds(tmp_path):
+    text = "start\tend\ttext\n50\t800\tHello, Bob.\n800\t2400\tHow are you?\n"
+    words = read(tmp_path, text, "a.tsv").words
+    assert words[:2] == ((0.05, 0.8, "Hello"), (0.05, 0.8, "Bob")) and len(words) == 5
+    phones = "start,end,phone\n100,200,M\n200,300,AA\n"
+    assert shown(read(tmp_path, phones, "a.csv").phones) == [(0.1, 0.2, "M"), (0.2, 0.3, "AA")]
+
+
 def letters(text: str, keys: tuple[str, str, str], in_ms: bool) -> dict[str, list]:
     step = 100 if in_ms else 0.1
     starts = [at * step for at in range(len(text))]

@@ -1,4 +1,4 @@
-"""Subtitles as texts with times: SubRip (.srt) and WebVTT (.vtt)."""
+"""Subtitles as texts with times: SubRip (.srt), WebVTT (.vtt) and YouTube's .sbv."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from elocute.audio.script_text import left_out_note, spoken_script
 from elocute.audio.timed_labels import LABELS_MAX, Label
 from elocute.errors import InputError
 
+HEAD_MAX = 20_000
 _CLOCK = r"(?:(\d{1,3}):)?(\d{1,2}):(\d{2})[,.](\d{1,3})"
-_TIMES = re.compile(rf"^\s*{_CLOCK}\s*-->\s*{_CLOCK}", re.MULTILINE)
+_TIMES = re.compile(rf"^[ \t]*{_CLOCK}[ \t]*(?:-->|,)[ \t]*{_CLOCK}", re.MULTILINE)
+_NOTES = re.compile(r"(NOTE|STYLE|REGION)\b")
 _TAGS = re.compile(r"<[^<>]*>|\{\\[^{}]*\}")
 
 
 def is_captions(text: str) -> bool:
-    """Whether a text is one of subtitles: it has lines of two times and an arrow."""
-    return _TIMES.search(text[:20_000]) is not None
+    """Whether a text is one of subtitles: it has lines of two times."""
+    return _TIMES.search(text[:HEAD_MAX]) is not None
 
 
 def captions_of(text: str) -> list[Label]:
@@ -38,22 +40,31 @@ def captions_of(text: str) -> list[Label]:
         For times that go back, and too many captions.
     """
     found: list[Label] = []
-    for block in re.split(r"\n\s*\n", text.replace("\r\n", "\n")):
-        match = _TIMES.search(block)
-        if match is None:
-            continue
-        start, end = _seconds(*match.groups()[:4]), _seconds(*match.groups()[4:])
-        if end < start or len(found) >= LABELS_MAX:
-            raise InputError.about(
-                f"caption {len(found) + 1}",
-                found=f"{start:g} to {end:g} s",
-                allowed=f"start <= end, in {LABELS_MAX} captions at most",
-            )
-        lines = block[match.end() :].partition("\n")[2]
-        said, _ = spoken_script(html.unescape(_TAGS.sub("", lines)))
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    marks = list(_TIMES.finditer(text))
+    if len(marks) > LABELS_MAX:
+        raise InputError(f"{len(marks)} captions; allowed: up to {LABELS_MAX}")
+    for number, mark in enumerate(marks, 1):
+        start, end = _seconds(*mark.groups()[:4]), _seconds(*mark.groups()[4:])
+        if end < start:
+            found_at = f"{start:g} to {end:g} s"
+            raise InputError.about(f"caption {number}", found=found_at, allowed="start <= end")
+        stop = marks[number].start() if number < len(marks) else None
+        body = text[mark.end() : stop].partition("\n")[2]
+        said, _ = spoken_script(html.unescape(_TAGS.sub("", _own(body, is_last=stop is None))))
         if said:
             found.append((start, end, said))
     return found
+
+
+def _own(body: str, is_last: bool) -> str:
+    """The lines of a caption, without the number or name of the next one and without notes."""
+    parts = [part for part in re.split(r"\n[ \t]*\n", body) if part.strip()]
+    if parts and not is_last:
+        *lines, last = parts[-1].strip("\n").split("\n")
+        if last.strip().isdigit() or (not lines and len(parts) > 1):
+            parts[-1] = "\n".join(lines)
+    return "\n".join(part for part in parts if not _NOTES.match(part.lstrip()))
 
 
 def said_text(text: str) -> tuple[str, list[str]]:

@@ -14,6 +14,7 @@ ALLOWED = "a text in UTF-8 or UTF-16"
 NAMED_MAX = 4
 ENDS = '.!?…:"”'
 _SSML = re.compile(r"\s*(?:<\?xml[^>]*>\s*)?(?:<!--.*?-->\s*)*<speak[\s>]", re.DOTALL)
+_MARKUP = re.compile(r"\s*(?:<\?xml|<tt\b|<!doctype|<html\b|\[script info\])", re.IGNORECASE)
 _ALIAS = re.compile(
     r"<sub\b[^>]*\balias\s*=\s*(?:\"([^\"]*)\"|'([^']*)')[^>]*>.*?</sub\s*>", re.DOTALL
 )
@@ -71,7 +72,11 @@ def read_transcript(
         if data.startswith(start):
             remedy = "save it as plain text (.txt), and give that"
             raise error.about(Path(path), found=kind, allowed=allowed, remedy=remedy)
-    return decoded_text(data, Path(path), allowed=allowed, error=error)
+    text = decoded_text(data, Path(path), allowed=allowed, error=error)
+    if _MARKUP.match(text) and not _SSML.match(text):
+        found, remedy = "markup or subtitles of another kind", "save it as text, .srt or .vtt"
+        raise error.about(Path(path), found=found, allowed=allowed, remedy=remedy)
+    return text
 
 
 def without_tags(text: str) -> str:

@@ -19,8 +19,6 @@ from elocute.files.json_records import finite_number, parse_json
 TICK_S, MILLISECOND_S = 1e-7, 1e-3
 TICKS_LEAST = 5000.0
 """A word of Azure lasts longer in ticks, and shorter in milliseconds."""
-SECONDS_MOST = 10.0
-"""Where the median word lasts longer, its times are no seconds."""
 DEPTH_MAX = 12
 ALLOWED = (
     "visemes of Azure, Polly or TalkingHead, mouth cues of Rhubarb, or phones and words of "
@@ -45,11 +43,11 @@ def parse_json_times(text: str, choice: TierChoice | None = None) -> Labels:
         return _mfa(record, choice)
     choice.check_unused()
     if record is None:
-        return _in_seconds(_from_list(value))
+        return _from_list(value)
     for key, parse in PARSERS.items():
         if record.get(key) is not None:
-            return _in_seconds(parse(record))
-    return _in_seconds(_from_events([record], value))
+            return parse(record)
+    return _from_events([record], value)
 
 
 def _value(text: str) -> Any:
@@ -73,15 +71,6 @@ def _plain(value: Any) -> Record:
         str(key).lower().replace("_", "").removeprefix("priv"): inner
         for key, inner in value.items()
     }
-
-
-def _in_seconds(labels: Labels) -> Labels:
-    """Labels whose times are taken for milliseconds where they can be no seconds."""
-    spans = [end - start for start, end, _ in labels.words]
-    if labels.phones or not spans or median(spans) <= SECONDS_MOST:
-        return labels
-    words = [(start / 1000, end / 1000, word) for start, end, word in labels.words]
-    return Labels(words=words, notes=[*labels.notes, "times were taken for milliseconds"])
 
 
 def _from_list(values: list[Any]) -> Labels:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from statistics import median
 
 from elocute.audio.captions import is_captions, words_of_captions
 from elocute.audio.phone_symbols import (
@@ -43,6 +44,8 @@ STRANGE_SHARE = 0.2
 """Of the labels of a tier, beyond which they are taken for words."""
 UNKNOWN_SHARE = 0.5
 """Of the symbols of a file: where an alphabet lacks more, it is another one."""
+PHONE_MAX_S, PHRASE_MAX_S = 5.0, 40.0
+"""Where the median phone, or word or phrase, lasts longer, its times are no seconds."""
 FASTEST = 60.0
 """Phones in a second, beyond which times are in another unit."""
 NAMED_MAX = 5
@@ -148,7 +151,7 @@ def read_speech_times(
         )
     data = read_bytes(path, max_bytes=BYTES_MAX, allowed=ALLOWED)
     try:
-        labels = _labels(data, stem, TierChoice(tier, speaker))
+        labels = _in_seconds(_labels(data, stem, TierChoice(tier, speaker)))
         return _phones_of(labels, alphabet) if labels.phones else _words_of(labels)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
@@ -156,6 +159,13 @@ def read_speech_times(
 
 def _labels(data: bytes, stem: str, choice: TierChoice) -> Labels:
     """What a file holds, by what it begins with."""
+    if data.startswith(b"ooBinaryFile"):
+        raise InputError.about(
+            "TextGrid",
+            found="a binary one",
+            allowed="text",
+            remedy="save it as a text file in Praat",
+        )
     text = decoded_text(data, "text", allowed=ALLOWED)
     start = text.lstrip()[:1]
     if not start:
@@ -175,6 +185,19 @@ def _labels(data: bytes, stem: str, choice: TierChoice) -> Labels:
     if is_captions(text):
         return Labels(words=words_of_captions(text))
     return lines or _sorted_out(parse_ctm(text, stem))
+
+
+def _in_seconds(labels: Labels) -> Labels:
+    """Labels whose times are taken for milliseconds where they can be no seconds."""
+    spans = [end - start for start, end, text in labels.phones or labels.words if text]
+    if not spans or median(spans) <= (PHONE_MAX_S if labels.phones else PHRASE_MAX_S):
+        return labels
+    phones, words = (
+        [(start / 1000, end / 1000, text) for start, end, text in kind]
+        for kind in (labels.phones, labels.words)
+    )
+    notes = [*labels.notes, "times were taken for milliseconds"]
+    return Labels(phones=phones, words=words, alphabet=labels.alphabet, notes=notes)
 
 
 def _rows(rows: Iterable[TextGridInterval]) -> list[Label]:
