@@ -78,6 +78,11 @@ def test_ssml_is_read_without_its_tags():
         'name="here"/>.</p><!-- no --></speak>'
     )
     assert said_text(ssml)[0] == "Hello, Bob! The World Wide Web & I."
+    for broken in ("<speak>a & b</speak>", "<speak><p>a</speak>", "<!DOCTYPE a><speak>b</speak>"):
+        with pytest.raises(InputError, match="SSML: ") as caught:
+            said_text(broken)
+        assert "\n" not in str(caught.value)
+    assert said_text("<speak><mstts:express-as>Hi</mstts:express-as></speak>")[0] == "Hi"
     assert said_text("if a < b > c")[0] == "if a < b > c", "no SSML"
 
 

@@ -243,6 +243,7 @@ def test_label_files_of_audacity_htk_and_timit(tmp_path, unit, note):
         ('<!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>', "XML: declarations"),
         ({"a": {"b": [{"c": 1}]}}, "records of a"),
         ([[1, 2, 3]], "JSON of a list"),
+        ([["x", 2], [1, True]], "JSON of a list"),
     ],
 )
 def test_what_holds_no_times_is_refused_in_one_line(tmp_path, record, says):

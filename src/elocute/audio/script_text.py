@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import html
 import re
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 
 from elocute.errors import InputError
@@ -12,14 +12,14 @@ from elocute.files.reading import decoded_text, read_bytes
 
 ALLOWED = "a text in UTF-8 or UTF-16"
 NAMED_MAX = 4
+NEAR = 40
+"""Letters before and after an aside that say whether it stands between sentences."""
 ENDS = '.!?…:"”'
-_SSML = re.compile(r"\s*(?:<\?xml[^>]*>\s*)?(?:<!--.*?-->\s*)*<speak[\s>]", re.DOTALL)
+_SSML = re.compile(r"\s*(?:<\?xml[^>]*>\s*)?(?:<!DOCTYPE[^>]*>\s*)?<speak[\s>]")
+_PREFIX = re.compile(r"(</?)[\w.-]{1,40}:")
 _MARKUP = re.compile(r"\s*(?:<\?xml|<tt\b|<!doctype|<html\b|\[script info\])", re.IGNORECASE)
-_ALIAS = re.compile(
-    r"<sub\b[^>]*\balias\s*=\s*(?:\"([^\"]*)\"|'([^']*)')[^>]*>.*?</sub\s*>", re.DOTALL
-)
-_TAG = re.compile(r"<!--.*?-->|<[^<>]*>", re.DOTALL)
-_NOT_SAID = re.compile(r"<(desc|metadata|lexicon|meta)\b[^>]*(?<!/)>.*?</\1\s*>", re.DOTALL)
+_NOT_SAID = ("desc", "metadata", "lexicon", "meta")
+_PARTED = ("p", "s", "break", "voice", "paragraph", "sentence")
 # `BOB:`, `BOB (whispers):`, `Bob:`, `Speaker 2:` at the start of a line.
 _NAME = re.compile(
     r"^[ \t>*-]*([^\W\d_][\w.'’-]*(?: [\w.'’#&-]+){0,3})[ \t]*"
@@ -79,6 +79,37 @@ def read_transcript(
     return text
 
 
+class _SpokenText:
+    """Takes an XML parser's events: the text of SSML, an alias for what it stands for."""
+
+    def __init__(self) -> None:
+        self._parts: list[str] = []
+        self._hidden = 0
+
+    def start(self, tag: str, attributes: Mapping[str, str]) -> None:
+        name = tag.rpartition("}")[2]
+        alias = attributes.get("alias") if name == "sub" else None
+        if not self._hidden and alias is not None:
+            self._parts.append(alias)
+        if self._hidden or alias is not None or name in _NOT_SAID:
+            self._hidden += 1
+        elif name in _PARTED:
+            self._parts.append(" ")
+
+    def end(self, tag: str) -> None:
+        if self._hidden:
+            self._hidden -= 1
+        elif tag.rpartition("}")[2] in _PARTED:
+            self._parts.append(" ")
+
+    def data(self, text: str) -> None:
+        if not self._hidden:
+            self._parts.append(text)
+
+    def close(self) -> str:
+        return " ".join("".join(self._parts).split())
+
+
 def without_tags(text: str) -> str:
     """The text of SSML; any other text as it is.
 
@@ -91,12 +122,26 @@ def without_tags(text: str) -> str:
     Returns
     -------
     str
+
+    Raises
+    ------
+    InputError
+        For SSML that is no XML, and for declarations of entities in it.
     """
     if _SSML.match(text) is None:
         return text
-    text = _ALIAS.sub(lambda match: match[1] or match[2] or "", _NOT_SAID.sub(" ", text))
-    plain = html.unescape(_TAG.sub(" ", text))
-    return re.sub(r"\s+([,.;:!?…])", r"\1", " ".join(plain.split()))
+    from xml.etree.ElementTree import ParseError, XMLParser
+
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise InputError.about("SSML", found="declarations", allowed="tags and text")
+    parser = XMLParser(target=_SpokenText())
+    try:
+        parser.feed(_PREFIX.sub(r"\1", re.sub(r"^\s*<\?xml[^>]*>", "", text)))
+        return parser.close()
+    except (ParseError, ValueError) as error:
+        raise InputError.about(
+            "SSML", found=str(error), allowed="XML: & is written &amp;, tags are closed"
+        ) from None
 
 
 def spoken_script(text: str) -> tuple[str, list[str]]:
@@ -132,8 +177,8 @@ def spoken_script(text: str) -> tuple[str, list[str]]:
         return drop(match) if is_name or match[1].startswith("Speaker ") else match[0]
 
     def aside(match: re.Match[str]) -> str:
-        before = match.string[: match.start()].rstrip()
-        after = match.string[match.end() :].lstrip()
+        before = match.string[max(match.start() - NEAR, 0) : match.start()].rstrip()
+        after = match.string[match.end() : match.end() + NEAR].lstrip()
         apart = (not before or before[-1] in ENDS) and (not after or not after[0].islower())
         short = len(match[1].split()) <= 4 and match[1].rstrip()[-1:] not in ENDS
         said = not (apart and short) and not _DIRECTIONS.match(match[1].strip())

@@ -90,7 +90,8 @@ def _is_pair(value: Any) -> bool:
     """Whether a value is a time in ms and the id of one of Azure's visemes."""
     if not isinstance(value, list) or len(value) != 2:
         return False
-    return (finite_number(value[0]) or 0) >= 0 and isinstance(value[1], int)
+    at = finite_number(value[0])
+    return at is not None and at >= 0 and type(value[1]) is int
 
 
 def _from_events(events: Sequence[Record], values: Any) -> Labels:

@@ -18,18 +18,17 @@ HTK_S, TIMIT_S = 1e-7, 1 / 16_000
 HTK_STEP = 1000
 """HTK's times are whole tenths of a millisecond, in units of 100 ns."""
 STRANGE_SHARE = 0.2
-_NUMBER = r"\d+(?:\.\d*)?(?:[eE][-+]?\d+)?"
-_MBROLA = re.compile(
-    rf"(\S+)[ \t]+({_NUMBER})(?:[ \t]+\(?[ \t]*{_NUMBER}[ \t]*[, \t][ \t]*{_NUMBER}\)?)*"
-)
-_LABEL = re.compile(rf"({_NUMBER})[ \t]+({_NUMBER})[ \t]+(\S.*)")
-_CUE = re.compile(rf"({_NUMBER})[ \t]+([A-HX])")
-_FRAME = re.compile(r"(\d+)[ \t]+(AI|E|O|U|WQ|L|MBP|FV|etc|rest)")
+_NUMBER = r"\d{1,15}(?:\.\d{0,20})?"
+# Of lines in which single spaces part the fields.
+_MBROLA = re.compile(rf"(\S+) ({_NUMBER})(?: \(?{_NUMBER}(?: ?, ?| ){_NUMBER}\)?)*")
+_LABEL = re.compile(rf"({_NUMBER}) ({_NUMBER}) (\S.*)")
+_CUE = re.compile(rf"({_NUMBER}) ([A-HX])")
+_FRAME = re.compile(r"(\d{1,9}) (AI|E|O|U|WQ|L|MBP|FV|etc|rest)")
 
 
 def parse_lines(text: str) -> Labels | None:
     """Labels of lines of one of these formats; None for any other text. Raises InputError."""
-    lines = [line.strip() for line in text.splitlines()]
+    lines = [" ".join(line.split()) for line in text.splitlines()]
     lines = [line for line in lines if line and not line.startswith(";")]
     if len(lines) > LABELS_MAX:
         raise InputError(f"{len(lines)} lines; allowed: up to {LABELS_MAX}")

@@ -73,7 +73,7 @@ def parse_csv(text: str, choice: TierChoice, sorted_out: Callable[[list[Label]],
         tier, speaker = map(_column(table.names), (_TIERS, ("speaker",)))
         if not start or not kind or not (end or length):
             shown = ",".join(table.names[:20])[:80] or "missing"
-            raise InputError(f"first row {shown}; allowed: {COLUMNS}")
+            raise InputError.about(f"first row {shown}", found="no known names", allowed=COLUMNS)
         for number, row in table.rows():
             _count(number)
             cells = dict(zip(table.names, row, strict=False))
