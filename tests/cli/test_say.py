@@ -155,7 +155,7 @@ def test_what_a_table_refuses_as_a_whole(tmp_path):
     table, out = tmp_path / "lines.csv", ("-o", tmp_path / "takes")
     for text, says in (
         ("", "columns missing"),
-        ("id,text,langauge\n", "column 'langauge'"),
+        ("id,text,languages\n", "column 'languages'"),
         ("id,text,text\n", "column 'text' twice"),
         ("id,text\n", "no rows"),
         ('id,text\na,"' + "x" * 200_000 + '"\n', "not a CSV"),

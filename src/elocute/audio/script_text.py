@@ -106,7 +106,8 @@ class _SpokenText:
         if not self._hidden:
             self._parts.append(text)
 
-    def close(self) -> str:
+    @property
+    def text(self) -> str:
         return " ".join("".join(self._parts).split())
 
 
@@ -134,14 +135,16 @@ def without_tags(text: str) -> str:
 
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise InputError.about("SSML", found="declarations", allowed="tags and text")
-    parser = XMLParser(target=_SpokenText())
+    said = _SpokenText()
+    parser = XMLParser(target=said)
     try:
         parser.feed(_PREFIX.sub(r"\1", re.sub(r"^\s*<\?xml[^>]*>", "", text)))
-        return parser.close()
+        parser.close()
     except (ParseError, ValueError) as error:
         raise InputError.about(
             "SSML", found=str(error), allowed="XML: & is written &amp;, tags are closed"
         ) from None
+    return said.text
 
 
 def spoken_script(text: str) -> tuple[str, list[str]]:
