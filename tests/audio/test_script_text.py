@@ -86,7 +86,7 @@ def test_ssml_is_read_without_its_tags():
     assert said_text("if a < b > c")[0] == "if a < b > c", "no SSML"
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-be"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-be", "utf-16-le"])
 def test_texts_of_windows_are_read(tmp_path, encoding):
     mark = "\ufeff" if encoding == "utf-16-be" else ""
     path = tmp_path / "a.txt"
@@ -105,7 +105,7 @@ def test_texts_of_windows_are_read(tmp_path, encoding):
             "subtitles of another kind; .*save it as text, .srt or .vtt",
         ),
         (b'<?xml version="1.0"?><tt></tt>', "markup or subtitles of another kind"),
-        ("Grüße".encode("latin-1"), "byte 2 is not UTF-8"),
+        ("Grüße".encode("latin-1"), "byte 2 is not UTF-8; .*; save it in UTF-8"),
     ],
 )
 def test_documents_are_named_in_one_line(tmp_path, data, says):

@@ -107,6 +107,24 @@ def test_words_of_engines_and_recognisers(tmp_path, record):
     assert shown(read(tmp_path, record).words) == HELLO_BOB
 
 
+def test_lists_and_durations(tmp_path):
+    assert shown(read(tmp_path, [[text, a, b] for a, b, text in HELLO_BOB]).words) == HELLO_BOB
+    assert shown(read(tmp_path, [[a, b, text] for a, b, text in HELLO_BOB]).words) == HELLO_BOB
+    lmnt = {"durations": [{"text": t, "start": a, "duration": b - a} for a, b, t in HELLO_BOB]}
+    assert shown(read(tmp_path, lmnt).words) == HELLO_BOB
+    hume = [{"text": t, "time": {"begin": 1000 * a, "end": 1000 * b}} for a, b, t in HELLO_BOB]
+    assert shown(read(tmp_path, hume).words) == HELLO_BOB
+
+
+def test_whisper_s_segments_hold_words_or_are_phrases(tmp_path):
+    phrase = {"id": 0, "start": 0.05, "end": 0.8, "text": " Hello, Bob."}
+    both = {"segments": [phrase], "words": timed("start", "end", "word")}
+    assert shown(read(tmp_path, both).words) == HELLO_BOB
+    times = read(tmp_path, {"segments": [phrase]})
+    assert times.words == ((0.05, 0.8, "Hello"), (0.05, 0.8, "Bob"))
+    assert times.notes == ("words are looked for within the times of their segments",)
+
+
 def test_guessed_milliseconds_are_told(tmp_path):
     record = {"words": timed("start", "end", "text", 1000)}
     assert read(tmp_path, record).notes == ("times were taken for milliseconds",)
@@ -138,6 +156,9 @@ def test_elevenlabs_says_what_was_spoken_beside_what_was_written(tmp_path):
         "normalized_alignment": letters("five dollars", SECONDS, in_ms=False),
     }
     assert shown(read(tmp_path, record).words) == [(0, 0.4, "five"), (0.5, 1.2, "dollars")]
+    tagged = '[clears throat] Hi <break time="1s" />you'
+    words = read(tmp_path, {"alignment": letters(tagged, SECONDS, in_ms=False)}).words
+    assert [word for *_, word in words] == ["Hi", "you"]
     del record["normalized_alignment"]
     assert shown(read(tmp_path, record).words) == [(0, 0.2, "$5")]
 

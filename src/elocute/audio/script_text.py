@@ -72,7 +72,8 @@ def read_transcript(
         if data.startswith(start):
             remedy = "save it as plain text (.txt), and give that"
             raise error.about(Path(path), found=kind, allowed=allowed, remedy=remedy)
-    text = decoded_text(data, Path(path), allowed=allowed, error=error)
+    remedy = "save it in UTF-8"
+    text = decoded_text(data, Path(path), allowed=allowed, error=error, remedy=remedy)
     if _MARKUP.match(text) and not _SSML.match(text):
         found, remedy = "markup or subtitles of another kind", "save it as text, .srt or .vtt"
         raise error.about(Path(path), found=found, allowed=allowed, remedy=remedy)

@@ -26,12 +26,15 @@ ALLOWED = (
 )
 STARTS = ("start", "starts", "starttime", "startts", "startoffset", "begin", "ts", "startms")
 ENDS = ("end", "ends", "endtime", "endts", "endoffset", "endms")
+LENGTHS = ("duration", "durations", "durationms")
 PHONE_KEYS = ("phone", "phoneme")
 LABEL_KEYS = ("word", "text", "label", "value", "content", "punctuatedword")
 FIRST_ONLY = ("alternatives", "nbest", "channels")
 NOT_SAID = frozenset(
     ["audioevent", "audio_event", "spacing", "punctuation", "punct", "silence", "pause", "noise"]
 )
+TAGS = re.compile(r"\[[^\[\]]{1,80}\]|<[^<>]{1,80}>")
+"""Among letters that are spoken: [laughs] and <break time="1s" /> are not."""
 Record = Mapping[str, Any]
 
 
@@ -78,6 +81,10 @@ def _from_list(values: list[Any]) -> Labels:
     if values and all(_is_pair(value) for value in values):
         pairs = [(number * MILLISECOND_S, str(viseme)) for number, viseme in values]
         return Labels(phones=until_next(pairs), alphabet="azure")
+    if values and all(isinstance(value, list) for value in values):
+        found = _anywhere(values)
+        if found.words:
+            return found
     events = [_plain(each) for each in values]
     if any("alignment" in event or "normalizedalignment" in event for event in events):
         return _letters(events)
@@ -119,8 +126,8 @@ def _anywhere(value: Any, depth: int = 0) -> Labels:
     if depth > DEPTH_MAX:
         return found
     if isinstance(value, list):
-        if len(value) == 3 and isinstance(value[0], str) and all(map(finite_number, value[1:])):
-            found.words.append((float(value[1]), float(value[2]), value[0].strip()))
+        if label := _triple(value):
+            found.words.append(label)
             return found
         parts = [_anywhere(each, depth + 1) for each in value]
     elif isinstance(value, dict):
@@ -141,6 +148,15 @@ def _anywhere(value: Any, depth: int = 0) -> Labels:
     return found
 
 
+def _triple(value: list[Any]) -> Label | None:
+    """[word, start, end] or [start, end, word]; None for any other list."""
+    texts = [each for each in value if isinstance(each, str)]
+    numbers = [number for each in value if (number := finite_number(each)) is not None]
+    if len(value) != 3 or len(texts) != 1 or len(numbers) != 2 or min(numbers) < 0:
+        return None
+    return numbers[0], numbers[1], texts[0].strip()
+
+
 def _first(key: str, inner: Any) -> Any:
     """What is read of a value: of guesses and channels the first, of tokens none."""
     if key == "tokens":
@@ -155,12 +171,14 @@ def _timed(record: Record) -> Labels:
         record = {**record, "start": span[0], "end": span[1]}
     elif isinstance(offsets, dict):  # whisper.cpp
         record = {**record, "startms": offsets.get("from"), "endms": offsets.get("to")}
+    elif isinstance(record.get("time"), dict):  # Hume
+        record = {**record, **_plain(record["time"])}
     if not isinstance(record.get(_key(record, PHONE_KEYS + LABEL_KEYS)), str):
         guesses = record.get("alternatives")
         first = guesses[0] if isinstance(guesses, list) and guesses else None
         record = {**record, **(_plain(first) if isinstance(first, dict) else {})}
     label = record.get(_key(record, PHONE_KEYS + LABEL_KEYS))
-    if record.get(_key(record, STARTS)) is None or record.get(_key(record, ENDS)) is None:
+    if any(record.get(_key(record, keys)) is None for keys in (STARTS, (*ENDS, *LENGTHS))):
         return Labels()
     if not isinstance(label, str):
         return Labels()
@@ -253,11 +271,17 @@ def _segments(record: Record) -> Labels:
         for word in _records(segment.get("words") or [])
         if "start" in word
     ]
-    if not words:
+    if words:
+        return Labels(words=words)
+    for key in ("words", "wordsegments"):
+        if record.get(key):
+            return _words({"words": record[key]})
+    phrases = _anywhere(record["segments"]).words
+    if not phrases:
         raise InputError(
             "segments without words; allowed: word timestamps; make them with the words"
         )
-    return Labels(words=words)
+    return Labels(words=phrases, notes=["words are looked for within the times of their segments"])
 
 
 def _words(record: Record) -> Labels:
@@ -364,6 +388,9 @@ def _letters(records: Sequence[Record]) -> Labels:
         if shift and not notes:
             notes.append("times of a stream's parts were taken to begin where the part before ends")
         letters += [(start + shift, end + shift, letter) for start, end, letter in inner]
+    written = "".join(letter if len(letter) == 1 else "\0" for _, _, letter in letters)
+    unsaid = {at for match in TAGS.finditer(written) for at in range(*match.span())}
+    letters = [(a, b, " " if at in unsaid else c) for at, (a, b, c) in enumerate(letters)]
     words: list[Label] = []
     word, begin, until = "", 0.0, 0.0
     for start, end, letter in [*letters, (0.0, 0.0, " ")]:
@@ -407,12 +434,14 @@ def _spoken_letters(record: Record) -> list[Label]:
 def _word(record: Record) -> Label:
     """A record's label with its times."""
     kind = "phone" if _key(record, PHONE_KEYS) else "word"
+    lengths = LENGTHS if not _key(record, ENDS) else ()
     times = []
-    for keys, what in ((STARTS, "start"), (ENDS, "end")):
+    for keys, what in ((STARTS, "start"), ((*ENDS, *lengths), "end")):
         key = _key(record, keys)
         unit = MILLISECOND_S if key.endswith("ms") else 1.0
         times.append(seconds_of(_number(record.get(key)), f"{what} of a {kind}", unit))
-    return times[0], times[1], _text(record.get(_key(record, (*PHONE_KEYS, *LABEL_KEYS))))
+    end = times[0] + times[1] if _key(record, lengths) else times[1]
+    return times[0], end, _text(record.get(_key(record, (*PHONE_KEYS, *LABEL_KEYS))))
 
 
 def _key(record: Record, keys: Iterable[str]) -> str:

@@ -220,7 +220,7 @@ def decoded_text(
     error: type[InputError] = InputError,
     remedy: str = "",
 ) -> str:
-    """UTF-8 text, with or without a byte-order mark, or UTF-16 with one.
+    """UTF-8 text, with or without a byte-order mark, or UTF-16.
 
     Parameters
     ----------
@@ -241,11 +241,13 @@ def decoded_text(
     InputError
         Of the class `error`, for bytes that are no such text.
     """
-    wide = data[:2] in (b"\xff\xfe", b"\xfe\xff")
+    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    if data[:1] and data[1:2] == data[3:4] == b"\0":  # Latin letters in UTF-16 without a mark
+        encoding = "utf-16-le"
     try:
-        return data.decode("utf-16" if wide else "utf-8-sig")
+        return data.decode(encoding)
     except UnicodeDecodeError as problem:
-        found = f"byte {problem.start} is not {'UTF-16' if wide else 'UTF-8'}"
+        found = f"byte {problem.start} is not {encoding.upper().removesuffix('-SIG')}"
         raise error.about(subject, found=found, allowed=allowed, remedy=remedy) from None
 
 
