@@ -107,3 +107,18 @@ def test_words_are_those_of_unicode(text, words):
     found = words_of_text(text)
     assert [word.text for word in found] == words.split()
     assert all(text[word.start : word.end] == word.text for word in found)
+
+
+ODD = (
+    "😀 https://example.com/a?b=c #1 @bob C++ 3.14159 ½ x² … (aside) “q” e.g. A/B 20°C 100% € 7 "
+    "T-shirt don’t rock'n'roll ﬁne œuvre 5'10\" 10am iPhone15 µm 中文 テスト สวัสดีครับ привет नमस्ते مرحبا "
+    "co\u00adop na\u0308ive 'tis '90s OK!!! ??? a.k.a. + = <3 ^_^ 2020-01-02 £1m :)"
+)
+
+
+@pytest.mark.parametrize("language", ["en-us", "fr", "ja"])
+def test_odd_texts_lose_no_word_either(language, tmp_path):
+    spoken = speak(ODD, VoiceSettings(language))
+    wanted = [word.text for word in words_of_text(ODD) if not word.is_sign]
+    assert [w.text for w in spoken.words if any(map(str.isalnum, w.text))] == wanted
+    assert "".join(captions(spoken, ODD, tmp_path).split()) == "".join(ODD.split())

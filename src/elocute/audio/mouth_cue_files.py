@@ -188,6 +188,10 @@ def _written(words: Sequence[Label], text: str) -> list[tuple[Label, str]]:
             stop = marks.end() if marks else place + len(word)
             word, at = text[at:stop].strip(), stop
         found.append(((start, end, word), space))
+    rest = " ".join(text[at:].split())
+    if at and rest and not any(map(str.isalnum, rest)):
+        (start, end, word), space = found.pop()
+        found.append(((start, end, f"{word} {rest}"), space))
     return found
 
 
