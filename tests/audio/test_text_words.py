@@ -111,8 +111,9 @@ def test_words_are_those_of_unicode(text, words):
 
 ODD = (
     "😀 https://example.com/a?b=c #1 @bob C++ 3.14159 ½ x² … (aside) “q” e.g. A/B 20°C 100% € 7 "
-    "T-shirt don’t rock'n'roll ﬁne œuvre 5'10\" 10am iPhone15 µm 中文 テスト สวัสดีครับ привет नमस्ते مرحبا "
-    "co\u00adop na\u0308ive 'tis '90s OK!!! ??? a.k.a. + = <3 ^_^ 2020-01-02 £1m :)"
+    "T-shirt don’t rock'n'roll ﬁne œuvre 5'10\" 10am iPhone15 µm 中文 テスト สวัสดีครับ привет नमस्ते "
+    "مرحبا co\u00adop na\u0308ive 'tis '90s OK!!! ??? a.k.a. + = <3 ^_^ 2020-01-02 "
+    "£1m :)"
 )
 
 
@@ -121,4 +122,5 @@ def test_odd_texts_lose_no_word_either(language, tmp_path):
     spoken = speak(ODD, VoiceSettings(language))
     wanted = [word.text for word in words_of_text(ODD) if not word.is_sign]
     assert [w.text for w in spoken.words if any(map(str.isalnum, w.text))] == wanted
-    assert "".join(captions(spoken, ODD, tmp_path).split()) == "".join(ODD.split())
+    kept = "".join(captions(spoken, ODD, tmp_path).split())
+    assert kept == "".join(ODD.replace("\u00ad", "").split()), "a soft hyphen is not shown"

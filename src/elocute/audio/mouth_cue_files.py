@@ -20,6 +20,8 @@ CAPTION_S, PAUSE_S, SENTENCE_PAUSE_S = 6.0, 0.6, 0.2
 """A caption ends before it is longer, and at a pause; at a shorter one after a sentence."""
 SENTENCE_ENDS = (".", "!", "?", "…", "。", "！", "？")
 
+JOINERS = ("\u200c", "\u200d")
+"""Persian and Hindi write them within words."""
 MARKS = re.compile(r"[^\w\s]*(?:\s+[!?;:…»”.]+(?=\s|$))?")
 """Behind a word; French has a space before some."""
 
@@ -146,12 +148,18 @@ def _captions(sheet: CueSheet) -> list[Label]:
         )
     lines: list[Label] = []
     for (start, end, word), space in _written(sheet.words, sheet.text):
-        word = " ".join(printable(word).split()).replace("-->", "→")
+        word = " ".join(caption_text(word).split()).replace("-->", "→")
         if lines and not _ends(lines[-1], start, end, word):
             begun, _, text = lines.pop()
             start, word = begun, f"{text}{space}{word}"
         lines.append((start, end, word))
     return [(start, end, _in_lines(text)) for start, end, text in lines]
+
+
+def caption_text(word: str) -> str:
+    """A word as a caption shows it: without soft hyphens and controls, joiners kept."""
+    parts = re.split("([\u200c\u200d])", word.replace("\u00ad", ""))
+    return "".join(part if part in JOINERS else printable(part) for part in parts)
 
 
 def _in_lines(text: str) -> str:
