@@ -100,7 +100,7 @@ def _timed(times: SpeechTimes, language: str) -> KnownSpeech:
             times.phones, heard, duration_s, unknown=times.unknown, heard_share=0.0
         )
 
-    return KnownSpeech(_within(times, refine, told), told)
+    return KnownSpeech(_within(times, refine, told), told, list(times.words))
 
 
 def _within(

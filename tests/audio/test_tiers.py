@@ -66,6 +66,15 @@ def test_the_tier_of_phones_is_found(tmp_path, tiers):
     assert [(round(a, 3), round(b, 3), p) for a, b, p in times.phones] == MAPA
 
 
+def test_the_words_of_the_same_speaker_come_with_the_phones(tmp_path):
+    assert grid(tmp_path, ("MAU", PHONES), ("KAN-MAU", OTHER), ("ORT-MAU", WORD)).words == (
+        tuple(WORD)
+    )
+    both = [("ann - words", WORD), ("ann - phones", PHONES), ("bob - phones", OTHER)]
+    assert grid(tmp_path, *both, speaker="ann").words == tuple(WORD)
+    assert grid(tmp_path, *both, tier="bob - phones").words == ()
+
+
 def test_words_where_there_are_no_phones(tmp_path):
     assert grid(tmp_path, ("participant", WORD), ("ORT-MAU", WORD)).words == tuple(WORD)
     assert grid(tmp_path, ("KAN-MAU", [(0.3, 0.9, "m a p a")]), ("ORT-MAU", WORD)).words == (

@@ -20,6 +20,15 @@ def test_a_file_of_times_becomes_cues(speech_wav, tmp_path):
     assert (tmp_path / "a.tsv").read_text() == (tmp_path / "b.tsv").read_text()
 
 
+def test_words_of_a_textgrid_become_captions(speech_wav, tmp_path):
+    words, phones = ([[0.7, 1.0, "Hello"]], [[0.7, 0.8, "HH"], [0.8, 1.0, "OW"]])
+    tiers = {"words": {"entries": words}, "phones": {"entries": phones}}
+    (tmp_path / "a.json").write_text(json.dumps({"tiers": tiers}))
+    succeeds("phones", speech_wav, "--phones", tmp_path / "a.json", "-o", tmp_path / "a.TextGrid")
+    succeeds("cues", speech_wav, "--phones", tmp_path / "a.TextGrid", "-o", tmp_path / "a.srt")
+    assert (tmp_path / "a.srt").read_text() == "1\n00:00:00,700 --> 00:00:01,000\nHello\n"
+
+
 def test_a_simple_character_and_another_frame_rate(speech_wav, tmp_path):
     succeeds("cues", speech_wav, "--basic", "-o", tmp_path / "a.tsv")
     assert set(shapes(tmp_path / "a.tsv")) <= set("ABCDEF")

@@ -53,7 +53,7 @@ NAMED_MAX = 5
 
 @dataclass(frozen=True)
 class SpeechTimes:
-    """Phones of a speech with their times; or, where a file has no phones, its words.
+    """Phones of a speech with their times, and its words; one of the two may be missing.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class SpeechTimes:
     unknown : tuple of (float, float)
         Start and end in s of stretches in which something is spoken, nobody says what.
     words : tuple of (float, float, str)
-        Start in s, end in s and word, where there are no phones.
+        Start in s, end in s and word, where known.
     alphabet : str
         How the phones were written; "" for words.
     notes : tuple of str
@@ -213,6 +213,14 @@ def _sorted_out(labels: list[Label]) -> Labels:
 
 
 def _words_of(labels: Labels) -> SpeechTimes:
+    spoken = _spoken_words(labels)
+    if not spoken:
+        raise InputError(f"no phones and no words; allowed: {ALLOWED}")
+    return SpeechTimes(words=tuple(spoken), notes=tuple(labels.notes))
+
+
+def _spoken_words(labels: Labels) -> list[Label]:
+    """The words that are said. Raises InputError for those that cannot be shown."""
     from elocute.audio.text_words import words_of_text
 
     labelled = _in_order(labels.words, "word")
@@ -223,12 +231,10 @@ def _words_of(labels: Labels) -> SpeechTimes:
         for part in ([word.text for word in words_of_text(label)] if " " in label else [label])
         if any(map(str.isalnum, part))
     ]
-    if not spoken:
-        raise InputError(f"no phones and no words; allowed: {ALLOWED}")
     for _, _, word in spoken:
         if not word.isprintable() or len(word) > 120:
             raise InputError.about("word", found=repr(word[:40]), allowed="printable words")
-    return SpeechTimes(words=tuple(spoken), notes=tuple(labels.notes))
+    return spoken
 
 
 def _phones_of(labels: Labels, alphabet: str) -> SpeechTimes:
@@ -255,7 +261,7 @@ def _phones_of(labels: Labels, alphabet: str) -> SpeechTimes:
                 )
                 for place, name in enumerate(several)
             ]
-    times = SpeechTimes(alphabet=chosen)
+    times = SpeechTimes(words=tuple(_spoken_words(labels)), alphabet=chosen)
     met, overlaps = _met(phones)
     spoken = tuple(each for each in met if each[2] not in (REST, SPOKEN_NOISE))
     unknown = tuple((start, end) for start, end, phone in met if phone == SPOKEN_NOISE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from elocute.audio.timed_labels import Label, Labels
 from elocute.errors import InputError
@@ -47,7 +47,8 @@ class TierChoice:
                 )
 
     def labels(self, tiers: Sequence[Tier], sorted_out: Callable[[list[Label]], Labels]) -> Labels:
-        """The labels of the tier of phones, else those of words, else those of the only tier.
+        """The labels of the tier of phones, and those of its speaker's words; else those of words,
+        else those of the only tier.
 
         Parameters
         ----------
@@ -66,8 +67,9 @@ class TierChoice:
             For a tier that is not there, several that could be meant, and none that is known.
         """
         if self.tier:
-            name, labels = self._named(tiers)
-            return _made(_kind(name), labels, sorted_out)
+            chosen = self._named(tiers)
+            found = _made(_kind(chosen[0]), chosen[1], sorted_out)
+            return replace(found, words=found.words or _words_beside(chosen, tiers))
         filled = [tier for tier in tiers if any(text.strip() for _, _, text in tier[1])]
         if tiers and not filled:
             raise _fault(tiers, "all empty: ", "one with labels")
@@ -78,7 +80,8 @@ class TierChoice:
             if len(best) > 1:
                 raise _fault(best, "", "one of them", "name it with `tier`, or its `speaker`")
             if best:
-                return _made(names, best[0][1], sorted_out)
+                found = _made(names, best[0][1], sorted_out)
+                return replace(found, words=found.words or _words_beside(best[0], filled))
         if len(filled) == 1:
             return sorted_out(filled[0][1])
         raise _fault(tiers, "", "one called phones or words", "name the one to read with `tier`")
@@ -113,6 +116,13 @@ def _made(
     if not names:
         return sorted_out(labels)
     return Labels(phones=labels) if names is PHONES else Labels(words=labels)
+
+
+def _words_beside(chosen: Tier, tiers: Sequence[Tier]) -> list[Label]:
+    """The words of whoever says the phones of a tier; none where several tiers could be meant."""
+    same = [tier for tier in tiers if _speaker(tier[0]) == _speaker(chosen[0])]
+    best = _best(same, WORDS)
+    return best[0][1] if len(best) == 1 and best[0] is not chosen else []
 
 
 def _best(tiers: Sequence[Tier], names: Sequence[str]) -> list[Tier]:
