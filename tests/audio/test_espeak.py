@@ -88,7 +88,13 @@ def test_a_language_is_no_path(name):
 
 @pytest.mark.parametrize(
     ("language", "name"),
-    [("de-DE", "de"), ("en_US", "en-us"), ("zh-CN", "cmn"), ("pt_PT", "pt"), ("es-MX", "es-419")],
+    [
+        ("de-DE", "de"),
+        ("en_US.UTF-8", "en-us"),
+        ("zh-CN", "cmn"),
+        ("pt_PT", "pt"),
+        ("es-MX", "es-419"),
+    ],
 )
 def test_a_language_may_be_called_as_others_call_it(language, name):
     assert speak("la 2", VoiceSettings(language)).phones == (

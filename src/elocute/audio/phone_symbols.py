@@ -32,7 +32,9 @@ def _by_symbol(table: str) -> dict[str, str]:
 
 # As aligners, corpora and synthesisers write pauses and noises that are no speech; in brackets
 # there are more of them, and whatever else stands in brackets is spoken though nobody says how.
-RESTS = _names("sil sp eps pau pause h# # _ silence brth breath ssil epi nsn noise ... + ++")
+RESTS = _names(
+    "sil silb sile sp eps pau pause h# # _ silence brth breath ssil epi nsn noise ... + ++"
+)
 BRACKETED_RESTS = (*RESTS, *_names("p: p s /s sl ns br b_trans e_trans iver nib"))
 UNSAID = _names("spn unk oov vocnoise laugh laughter cough lipsmack garbage gb fp dummy usb ???")
 _BRACKETED = re.compile(r"<(.+)>|\[(.+)\]|\((.+)\)|\{(.+)\}")
@@ -41,13 +43,12 @@ _BRACKETED = re.compile(r"<(.+)>|\[(.+)\]|\((.+)\)|\{(.+)\}")
 # Longest match first; languages that differ override below.
 IPA = _by_symbol(
     """
-    SIL: ʔ; AA: a ɑ; AE: æ; AH: ə ɘ ɐ ʌ ɤ; AH L: əl; AO: oə ɔə ɒ ɔ;
-    AW: aʊə aʊ ʌu aw; AY: aɪə aɪ aj; B: b ʙ β
-    ɓ; CH: tʃ tɕ tʂ ʧ ʨ; D: d ɖ ɗ; DH: ð; EH: eə ɛə ɛ; ER: ɜ ɞ ɚ ɝ; EY: eɪ ɛɪ ɛi ej e; F: pf f ɸ;
-    G: ɡ g ɣ ɠ ɰ ɟ ɢ; HH: h ɦ ħ ʕ x χ ç ʁ ʀ; IH: ɪə ɪ ɨ ᵻ ɯ; IY: iə i; JH: dʒ dʑ dʐ ʤ ʥ; K: k c q;
-    L: l ɫ ʎ ɬ ɭ ɮ ʟ ɺ; M: m; N: n ɲ ɳ; NG: ŋ ɴ; OW: oʊ əʊ œy ow əw o; OY: ɔɪ ɔø ɔʏ ɔy ɔj; P: p ʘ;
-    R: ɹ r ɾ ɽ ɻ; S: ts s ʦ; SH: ʃ ɧ ɕ ʂ; T: t ʈ; TH: θ; UH: ʊə ʏ œ ɶ ʊ ɵ; UW: y ø u ʉ; V: ɱ v ʋ ⱱ;
-    W: w ʍ ɥ; Y: j ʝ; Z: dz z ʣ; ZH: ʒ ʑ ʐ
+    SIL: ʔ; AA: a ɑ; AE: æ; AH: ə ɘ ɐ ʌ ɤ; AH L: əl; AO: oə ɔə ɒ ɔ; AW: aʊə aʊ ʌu aw au ɑu ɑʊ; AY:
+    aɪə aɪ aj ai ɑi ɑɪ; B: b ʙ β ɓ; CH: tʃ tɕ tʂ ʧ ʨ; D: d ɖ ɗ; DH: ð; EH: eə ɛə ɛ; ER: ɜ ɞ ɚ ɝ;
+    EY: eɪ ɛɪ ɛi ej ei e; F: pf f ɸ; G: ɡ g ɣ ɠ ɰ ɟ ɢ; HH: h ɦ ħ ʕ x χ ç ʁ ʀ; IH: ɪə ɪ ɨ ᵻ ɯ; IY:
+    iə i; JH: dʒ dʑ dʐ ʤ ʥ; K: k c q; L: l ɫ ʎ ɬ ɭ ɮ ʟ ɺ; M: m; N: n ɲ ɳ; NG: ŋ ɴ; OW: oʊ əʊ œy ow
+    əw ou əu o; OY: ɔɪ ɔø ɔʏ ɔy ɔj ɔi oi oɪ; P: p ʘ; R: ɹ r ɾ ɽ ɻ; S: ts s ʦ; SH: ʃ ɧ ɕ ʂ; T: t ʈ;
+    TH: θ; UH: ʊə ʏ œ ɶ ʊ ɵ; UW: y ø u ʉ; V: ɱ v ʋ ⱱ; W: w ʍ ɥ; Y: j ʝ; Z: dz z ʣ; ZH: ʒ ʑ ʐ
     """
 )
 
@@ -67,7 +68,7 @@ _TONES = set("¹²³⁴⁵0123456789↗↘↓↑")
 ARPABET_TOO = _by_symbol(
     """
     AH: AX AX-H; ER: AXR; IH: IX; D: DX DCL; L: EL; M: EM; N: EN NX; NG: ENG; HH: HV; UW: UX; W:
-    WH; SIL: Q; B: BCL; G: GCL; P: PCL; T: TCL; K: KCL
+    WH; SIL: Q TQ; B: BCL; G: GCL; P: PCL; T: TCL; K: KCL
     """
 )
 
@@ -118,9 +119,9 @@ _PINYIN = re.compile(
 )
 _ROMAJI = _by_symbol(
     """
-    AA: a A; IY: i I; UW: u U; EH: e E; OW: o O; NG: N; SIL: cl Q; CH: ch ty; SH: sh; S: s ts; JH:
-    j jy; Z: z zy; F: f; HH: h hy; R: r ry; Y: y; W: w; V: v; K: k; G: g; N: n ny; B: b; P: p; M:
-    m; T: t; D: d dy; K Y: ky; G Y: gy; B Y: by; P Y: py; M Y: my; K W: kw; G W: gw
+    AA: a A; IY: i I; UW: u U; EH: e E; OW: o O; NG: N; SIL: cl Q q; CH: ch ty; SH: sh; S: s ts;
+    JH: j jy; Z: z zy; F: f; HH: h hy; R: r ry; Y: y; W: w; V: v; K: k; G: g; N: n ny; B: b; P: p;
+    M: m; T: t; D: d dy; K Y: ky; G Y: gy; B Y: by; P Y: py; M Y: my; K W: kw; G W: gw
     """
 )
 
@@ -215,7 +216,8 @@ def _bare(symbol: str) -> str:
     letters = (
         letter if letter in IPA else unicodedata.normalize("NFD", letter)[0] for letter in symbol
     )
-    return "".join(each for each in letters if _is_plain(each) and each not in _TONES)
+    bare = "".join(each for each in letters if _is_plain(each) and each not in _TONES)
+    return bare.strip("ʔ") or bare  # beside a phone it says how that is made
 
 
 def _is_plain(letter: str) -> bool:
@@ -227,6 +229,8 @@ def _is_plain(letter: str) -> bool:
 def arpabet_phone(symbol: str, language: str = "") -> str | None:
     """One of PHONES for a symbol of ARPAbet, with a digit of stress or none; None for others."""
     name = re.sub(r"[0-2]$", "", symbol.upper())
+    if name[:-1] in PHONES and len(name) == 3 and name[2] == "N":  # Buckeye's nasal vowels
+        name = name[:-1]
     name = ARPABET_TOO.get(name, name)
     return name if name in PHONES else None
 
@@ -279,8 +283,9 @@ def pinyin_phone(symbol: str, language: str = "") -> str | None:
 
 
 def romaji_phone(symbol: str, language: str = "") -> str | None:
-    """Phones, joined by spaces, of a phone of OpenJTalk and VOICEVOX; capitals are voiceless."""
-    return _ROMAJI.get(symbol)
+    """Phones, joined by spaces, of a phone of OpenJTalk, VOICEVOX and Julius; capitals are
+    voiceless."""
+    return _ROMAJI.get(symbol.rstrip(":"))
 
 
 def _viseme(kind: str) -> Callable[[str, str], str | None]:

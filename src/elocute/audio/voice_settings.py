@@ -10,7 +10,7 @@ from elocute.settings import check_settings, described, setting
 
 TEXT_MAX = 20_000
 """Letters of one text: twenty minutes or more."""
-LANGUAGE = re.compile(r"[A-Za-z]{2,8}([-_][A-Za-z0-9]{1,8}){0,4}")
+LANGUAGE = re.compile(r"[A-Za-z]{2,8}([-_][A-Za-z0-9]{1,8}){0,4}([.@][A-Za-z0-9-]{1,16})?")
 # As operating systems, browsers and speech engines call languages that espeak-ng calls otherwise.
 _OTHER_NAMES = {
     "zh": "cmn",
@@ -47,14 +47,14 @@ def language_names(language: str) -> list[str]:
     Parameters
     ----------
     language : str
-        As anything calls it: de, de-DE, en_US, zh-Hans-CN.
+        As anything calls it: de, de-DE, en_US.UTF-8, zh-Hans-CN.
 
     Returns
     -------
     list of str
         In small letters: it as it is, or by espeak-ng's own name; then without its last parts.
     """
-    parts = language.lower().replace("_", "-").split("-")
+    parts = re.split("[-_]", re.split("[.@]", language.lower())[0])
     names = ["-".join(parts[:count]) for count in range(len(parts), 0, -1)]
     return list(dict.fromkeys(_OTHER_NAMES.get(name, name) for name in names))
 
