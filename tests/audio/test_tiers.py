@@ -84,7 +84,7 @@ def test_words_where_there_are_no_phones(tmp_path):
 
 def test_of_several_tiers_one_is_named(tmp_path):
     same = [("phones", PHONES), ("phones", OTHER)]
-    with pytest.raises(InputError, match="'phones', 'phones'; allowed: one of them; name it with"):
+    with pytest.raises(InputError, match="1 'phones', 2 'phones'; allowed: one of them; name it"):
         grid(tmp_path, *same)
     with pytest.raises(
         InputError, match=r"2 tiers of the name; allowed: .* 1 'phones', 2 'phones'"
@@ -92,7 +92,7 @@ def test_of_several_tiers_one_is_named(tmp_path):
         grid(tmp_path, *same, tier="phones")
     assert [p for *_, p in grid(tmp_path, *same, tier="2").phones] == ["B", "OW"]
     both = [("ann - phones", PHONES), ("bob - phones", OTHER)]
-    with pytest.raises(InputError, match="'ann - phones', 'bob - phones'"):
+    with pytest.raises(InputError, match="1 'ann - phones', 2 'bob - phones'"):
         grid(tmp_path, *both)
     assert [p for *_, p in grid(tmp_path, *both, speaker="Bob").phones] == ["B", "OW"]
     assert [p for *_, p in grid(tmp_path, *both, tier="ann - phones").phones] == [
@@ -115,7 +115,7 @@ def test_a_speaker_of_a_table(tmp_path):
 
 
 def test_tiers_without_labels_are_said_to_be_empty(tmp_path):
-    with pytest.raises(InputError, match="tiers: all empty: 'words', 'phones'"):
+    with pytest.raises(InputError, match="tiers: all empty: 1 'words', 2 'phones'"):
         grid(tmp_path, ("words", []), ("phones", []))
 
 

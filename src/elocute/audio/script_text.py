@@ -23,8 +23,13 @@ _PARTED = ("p", "s", "break", "voice", "paragraph", "sentence")
 # `BOB:`, `BOB (whispers):`, `Bob:`, `Speaker 2:` at the start of a line.
 _NAME = re.compile(
     r"^[ \t>*-]*([^\W\d_][\w.'’-]*(?: [\w.'’#&-]+){0,3})[ \t]*"
-    r"(?:\([^()\n]*\)[ \t]*)?[:：][ \t]+",
+    r"(?:\([^()\n]*\)[ \t]*)?(?::[ \t]+|：[ \t]*)",
     re.MULTILINE,
+)
+# A screenplay has the name in a line of its own, after an empty one and before what is said.
+_CUE_LINE = re.compile(
+    r"(?:\A|(?<=\n\n))[ \t]*([^\W\da-z_][^\Wa-z_]*(?:[ .'’-]{1,2}[^\Wa-z_]+){0,3})[ \t]*"
+    r"(\([^()\n]*\))?[ \t]*\n(?=[ \t]*\S)"
 )
 _BRACKETS = re.compile(r"\[[^\[\]]*\]|【[^【】]*】")
 _ASIDE = re.compile(r"[(（]([^()（）]{1,80})[)）]")
@@ -151,9 +156,9 @@ def without_tags(text: str) -> str:
 def spoken_script(text: str) -> tuple[str, list[str]]:
     """What is said of a script: without tags of SSML, names of speakers and stage directions.
 
-    A name stands in capitals before a colon at the start of a line, or does so on several lines. A
-    direction stands in square brackets, or in round ones between sentences or with a word such as
-    `sighs`.
+    A name stands in capitals before a colon at the start of a line, or before most lines; or in
+    capitals in a line of its own, as in screenplays. A direction stands in square brackets, or in
+    round ones between sentences or with a word such as `sighs`.
 
     Parameters
     ----------
@@ -175,10 +180,12 @@ def spoken_script(text: str) -> tuple[str, list[str]]:
         return " "
 
     seen = Counter(match[1] for match in _NAME.finditer(text))
+    lines = sum(bool(line.strip()) for line in text.splitlines())
+    is_dialogue = seen.total() > 1 and 2 * seen.total() >= lines
 
     def name(match: re.Match[str]) -> str:
-        is_name = match[1] == match[1].upper() != match[1].lower() or seen[match[1]] > 1
-        return drop(match) if is_name or match[1].startswith("Speaker ") else match[0]
+        is_capital = match[1] == match[1].upper() != match[1].lower()
+        return drop(match) if is_capital or is_dialogue or seen[match[1]] > 1 else match[0]
 
     def aside(match: re.Match[str]) -> str:
         before = match.string[max(match.start() - NEAR, 0) : match.start()].rstrip()
@@ -188,12 +195,13 @@ def spoken_script(text: str) -> tuple[str, list[str]]:
         said = not (apart and short) and not _DIRECTIONS.match(match[1].strip())
         return match[0] if said else drop(match)
 
+    cues = list(_CUE_LINE.finditer(text))
+    if len(cues) > 1 or any(cue[2] for cue in cues):
+        text = _CUE_LINE.sub(drop, text)
     text = _NAME.sub(name, text)
     text = _ASIDE.sub(aside, _BRACKETS.sub(drop, text))
-    lines = (
-        re.sub(r"[ \t]+([,.;!?])", r"\1", " ".join(line.split())) for line in text.splitlines()
-    )
-    return "\n".join(filter(None, lines)), left_out
+    kept = (re.sub(r"[ \t]+([,.;!?])", r"\1", " ".join(line.split())) for line in text.splitlines())
+    return "\n".join(filter(None, kept)), left_out
 
 
 def left_out_note(left_out: list[str]) -> list[str]:

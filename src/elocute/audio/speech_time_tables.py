@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Callable
 
 from elocute.audio.tier_choice import TierChoice
@@ -12,6 +13,7 @@ from elocute.errors import InputError
 from elocute.files.delimited import DelimitedTable
 
 HEAD_MAX = 4000
+_CTM_LINE = re.compile(r"\S+\s+\S+\s+[\d.]+\s+[\d.]+\s+\S")
 COLUMNS = "start_s,end_s,phone, start_s,end_s,word, or MFA's Begin,End,Label,Type,Speaker"
 CTM = "lines of recording, channel, start, duration and label"
 # Names of columns as aligners, Praat, pandas and people write them; others are left alone.
@@ -37,7 +39,9 @@ _TIERS = ("type", "tier", "tier_name")
 def has_columns(text: str) -> bool:
     """Whether a text is a table whose first line names its columns."""
     first = text.lstrip().partition("\n")[0]
-    if "," in first and not first.startswith(";;"):
+    if first.startswith(";;") or _CTM_LINE.match(first):
+        return False
+    if "," in first:
         return True
     names = DelimitedTable.of(text[:HEAD_MAX]).names
     return len(names) > 2 and any(name in names for name in _STARTS)

@@ -172,7 +172,7 @@ def _labels(data: bytes, stem: str, choice: TierChoice) -> Labels:
         raise InputError(f"an empty file; allowed: {ALLOWED}")
     if "ooTextFile" in text[:200]:
         tiers, _ = parse_tiers(data)
-        named = [(name, _rows(rows)) for name, rows in tiers if rows is not None]
+        named = [(name, _rows(rows or ())) for name, rows in tiers]  # points are no stretches
         return choice.labels(named, _sorted_out)
     if start in "[{":
         return parse_json_times(text, choice)

@@ -72,19 +72,21 @@ class TierChoice:
             return replace(found, words=found.words or _words_beside(chosen, tiers))
         filled = [tier for tier in tiers if any(text.strip() for _, _, text in tier[1])]
         if tiers and not filled:
-            raise _fault(tiers, "all empty: ", "one with labels")
+            raise _fault(tiers, tiers, "one with labels", kind="all empty: ")
         if self.speaker:
-            filled = self._spoken_by(filled)
+            filled = self._spoken_by(filled, tiers)
         for names in (PHONES, WORDS):
             best = _best(filled, names)
             if len(best) > 1:
-                raise _fault(best, "", "one of them", "name it with `tier`, or its `speaker`")
+                remedy = "name it, or its number, with `tier`, or whose it is with `speaker`"
+                raise _fault(best, tiers, "one of them", remedy)
             if best:
                 found = _made(names, best[0][1], sorted_out)
                 return replace(found, words=found.words or _words_beside(best[0], filled))
         if len(filled) == 1:
             return sorted_out(filled[0][1])
-        raise _fault(tiers, "", "one called phones or words", "name the one to read with `tier`")
+        allowed = "one called phones or words"
+        raise _fault(tiers, tiers, allowed, "name the one to read with `tier`")
 
     def _named(self, tiers: Sequence[Tier]) -> Tier:
         wanted = self.tier.strip()
@@ -95,18 +97,14 @@ class TierChoice:
         if len(same) == 1:
             return same[0]
         what = f"{len(same)} tiers of the name" if same else "not there"
-        listed = ", ".join(
-            f"{number} {name[:40]!r}" for number, (name, _) in enumerate(tiers[:TOLD_MAX], 1)
-        )
-        raise InputError.about(
-            f"`tier` {self.tier[:40]!r}", found=what, allowed=f"a name or number of {listed}"
-        )
+        allowed = f"a name or number of {_listed(tiers, tiers)}"
+        raise InputError.about(f"`tier` {self.tier[:40]!r}", found=what, allowed=allowed)
 
-    def _spoken_by(self, tiers: list[Tier]) -> list[Tier]:
+    def _spoken_by(self, tiers: list[Tier], every: Sequence[Tier]) -> list[Tier]:
         wanted = self.speaker.strip().lower()
         found = [tier for tier in tiers if _speaker(tier[0]) == wanted]
         if not found:
-            raise _fault(tiers, "", f"a tier of `speaker` {self.speaker[:40]!r}")
+            raise _fault(tiers, every, f"a tier of `speaker` {self.speaker[:40]!r}")
         return found
 
 
@@ -127,7 +125,7 @@ def _words_beside(chosen: Tier, tiers: Sequence[Tier]) -> list[Label]:
 
 def _best(tiers: Sequence[Tier], names: Sequence[str]) -> list[Tier]:
     """The tiers whose name is the best of these, speakers' names aside."""
-    ranked = [(_rank(name, names), (name, labels)) for name, labels in tiers]
+    ranked = [(_rank(tier[0], names), tier) for tier in tiers]
     best = min((rank for rank, _ in ranked if rank is not None), default=None)
     return [tier for rank, tier in ranked if rank is not None and rank == best]
 
@@ -165,7 +163,17 @@ def _speaker(name: str) -> str:
     return " ".join(kept) if " " in name else "_".join(kept)
 
 
-def _fault(tiers: Sequence[Tier], kind: str, allowed: str, remedy: str = "") -> InputError:
-    told = ", ".join(repr(name[:40]) for name, _ in tiers[:TOLD_MAX]) or "none"
-    told += ", …" if len(tiers) > TOLD_MAX else ""
-    return InputError.about("tiers", found=kind + told, allowed=allowed, remedy=remedy)
+def _fault(
+    tiers: Sequence[Tier], every: Sequence[Tier], allowed: str, remedy: str = "", kind: str = ""
+) -> InputError:
+    """An error that lists tiers with their numbers among all of the file."""
+    found = kind + _listed(tiers, every)
+    return InputError.about("tiers", found=found, allowed=allowed, remedy=remedy)
+
+
+def _listed(tiers: Sequence[Tier], every: Sequence[Tier]) -> str:
+    numbers = [
+        number for number, tier in enumerate(every, 1) if any(tier is each for each in tiers)
+    ]
+    told = ", ".join(f"{number} {every[number - 1][0][:40]!r}" for number in numbers[:TOLD_MAX])
+    return (told or "none") + (", …" if len(numbers) > TOLD_MAX else "")
