@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import unicodedata
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -164,17 +165,25 @@ def caption_text(word: str) -> str:
 
 def _in_lines(text: str) -> str:
     """A long caption as two lines of about the same length."""
-    if len(text) <= LINE_LETTERS:
+    if _width(text) <= LINE_LETTERS:
         return text
     gaps = [place for place, letter in enumerate(text) if letter == " "]
     middle = min(gaps, key=lambda place: abs(2 * place - len(text)), default=None)
-    return text if middle is None else f"{text[:middle]}\n{text[middle + 1 :]}"
+    if middle is not None:
+        return f"{text[:middle]}\n{text[middle + 1 :]}"
+    middle = next((at for at in range(len(text) // 2, len(text)) if text[at].isalnum()), len(text))
+    return f"{text[:middle]}\n{text[middle:]}".strip() if _width(text) > len(text) else text
+
+
+def _width(text: str) -> int:
+    """How many Latin letters are as wide: a letter of Chinese is two."""
+    return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
 
 
 def _ends(line: Label, start: float, end: float, word: str) -> bool:
     """Whether a caption ends before a word."""
     begun, until, text = line
-    if len(text) + 1 + len(word) > LINES * LINE_LETTERS or end - begun > CAPTION_S:
+    if _width(text) + 1 + _width(word) > LINES * LINE_LETTERS or end - begun > CAPTION_S:
         return True
     pause = SENTENCE_PAUSE_S if text.rstrip("\"'”’»)").endswith(SENTENCE_ENDS) else PAUSE_S
     return start - until >= pause
