@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from elocute.adoption.carrying import Adoption, adopt
 from elocute.adoption.followers import with_followers
 from elocute.adoption.mesh_paths import EdgeGraph
-from elocute.adoption.registration import FIT_MM, similarity_between
+from elocute.adoption.registration import FIT_MM
 from elocute.array_types import Float64Array
 from elocute.capture.scanned_head import detected_landmarks
 from elocute.capture.scans.landmarks import read_landmarks
@@ -33,6 +33,7 @@ from elocute.head.mesh import FILE_MAX_BYTES, head_from_arrays
 from elocute.head.model import HeadModel
 from elocute.head.normals import vertex_normals
 from elocute.head.surface import MOST, Surface
+from elocute.numerics.rigid_alignment import similarity_between
 
 VERTICES_MAX = 200_000
 PART_MIN = 200
