@@ -9,7 +9,7 @@ from pathlib import Path
 from elocute.errors import InputError
 from elocute.files.obj_mesh import parse_obj
 from elocute.files.ply_mesh import parse_ply
-from elocute.files.polygon_mesh import PolygonMesh
+from elocute.files.polygon_mesh import PolygonMesh, checked_mesh
 from elocute.files.reading import bytes_text, read_bytes
 from elocute.files.stl_mesh import parse_stl
 from elocute.files.unpacked_size import unpacked_limit
@@ -22,7 +22,9 @@ UNPACKED_MIN_BYTES = 4 * 4096 * 4096
 """A picture may unpack to this much, however small its file is."""
 
 
-def read_mesh_file(path: str | Path, *, max_bytes: int, error: type[InputError]) -> PolygonMesh:
+def read_mesh_file(
+    path: str | Path, *, max_bytes: int, error: type[InputError], cloud: bool = False
+) -> PolygonMesh:
     """Read a mesh, with its vertices in the order of the file; no other file is looked for.
 
     Parameters
@@ -33,11 +35,13 @@ def read_mesh_file(path: str | Path, *, max_bytes: int, error: type[InputError])
         Largest size of the file, bytes.
     error : type of InputError
         The class to raise.
+    cloud : bool
+        Whether points without triangles are allowed.
 
     Returns
     -------
     PolygonMesh
-        Some triangles at least, all of whose corners are there.
+        All corners are there; some triangles at least, but for a cloud.
 
     Raises
     ------
@@ -49,7 +53,7 @@ def read_mesh_file(path: str | Path, *, max_bytes: int, error: type[InputError])
     if parse is None:
         raise error.about(path, found=f"suffix {path.suffix!r}", allowed=" ".join(PARSERS))
     data = read_bytes(path, max_bytes=max_bytes, allowed="a mesh", error=error)
-    return parse(data, path, error)
+    return checked_mesh(parse(data, path, error), path, error, cloud)
 
 
 def check_picture(

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import InputError
-from elocute.files.polygon_mesh import PolygonMesh, checked_mesh, color_bytes
+from elocute.files.polygon_mesh import PolygonMesh, color_bytes
 
 POLYPAINT = b"#MRGB"
 NAME_MAX = 300
@@ -40,8 +40,7 @@ def parse_obj(data: bytes, path: Path, error: type[InputError]) -> PolygonMesh:
     Raises
     ------
     InputError
-        Of the class `error`, for lines that cannot be read, a cloud of points, and faces that
-        point past the vertices.
+        Of the class `error`, for lines that cannot be read.
     """
     lines = _Lines()
     for number, line in enumerate(text_lines(data), 1):
@@ -59,7 +58,7 @@ def parse_obj(data: bytes, path: Path, error: type[InputError]) -> PolygonMesh:
         except (ValueError, IndexError, OverflowError):
             found = f"line {number}, {line[:60].decode('latin-1').strip()!r}"
             raise error.about(path, found=found, allowed="an .obj as others read it") from None
-    return checked_mesh(lines.mesh(), path, error)
+    return lines.mesh()
 
 
 def text_lines(data: bytes) -> io.BytesIO:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from elocute.errors import ElocuteWarning, InputError
 from elocute.files.obj_mesh import line_name
-from elocute.files.polygon_mesh import PolygonMesh, checked_mesh, color_bytes
+from elocute.files.polygon_mesh import PolygonMesh, color_bytes
 
 HEADER_MAX_BYTES = 1_000_000
 PADDING_BYTES = 16
@@ -112,13 +112,13 @@ def parse_ply(data: bytes, path: Path, error: type[InputError]) -> PolygonMesh:
     Raises
     ------
     InputError
-        Of the class `error`, for another header, a file with fewer or more numbers than its header
-        says, a cloud of points, and faces that point past the vertices.
+        Of the class `error`, for another header, and a file with fewer or more numbers than its
+        header says.
     """
     try:
         order, elements, pictures, start = _header(data)
         columns = _columns(data, start, order, elements, path)
-        return checked_mesh(_mesh(columns, pictures), path, error)
+        return _mesh(columns, pictures)
     except InputError:
         raise
     except _ShortError:

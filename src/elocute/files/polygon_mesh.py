@@ -77,7 +77,9 @@ class PolygonMesh:
         return self.corners[starts[whole, None] + last]
 
 
-def checked_mesh(mesh: PolygonMesh, path: Path, error: type[InputError]) -> PolygonMesh:
+def checked_mesh(
+    mesh: PolygonMesh, path: Path, error: type[InputError], cloud: bool = False
+) -> PolygonMesh:
     """The mesh, once it has triangles, all of whose corners are there.
 
     Parameters
@@ -88,6 +90,8 @@ def checked_mesh(mesh: PolygonMesh, path: Path, error: type[InputError]) -> Poly
         The file, for the message.
     error : type of InputError
         The class to raise.
+    cloud : bool
+        Whether points without triangles are allowed.
 
     Raises
     ------
@@ -95,11 +99,11 @@ def checked_mesh(mesh: PolygonMesh, path: Path, error: type[InputError]) -> Poly
         Of the class `error`, for a cloud of points, and for corners past the vertices.
     """
     count, corners = len(mesh.vertices), mesh.corners
-    if not count or not (mesh.sizes > 2).any():
+    if not count or not (cloud or (mesh.sizes > 2).any()):
         found = f"{count} points without triangles" if count else "no vertices"
         remedy = "make a surface of them first (MeshLab: screened Poisson)" if count else ""
         raise error.about(path, found=found, allowed="a mesh of triangles", remedy=remedy)
-    if corners.min() < 0 or corners.max() >= count:
+    if corners.size and not 0 <= corners.min() <= corners.max() < count:
         raise error.about(
             path, found=f"faces that point past {count} vertices", allowed="a whole mesh"
         )

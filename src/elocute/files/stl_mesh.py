@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from elocute.errors import InputError
-from elocute.files.polygon_mesh import PolygonMesh, checked_mesh
+from elocute.files.polygon_mesh import PolygonMesh
 
 HEAD_BYTES = 84
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -49,5 +49,4 @@ def parse_stl(data: bytes, path: Path, error: type[InputError]) -> PolygonMesh:
     corners = np.arange(len(points))
     sizes = np.full(len(points) // 3, 3, np.int64)
     none = np.full(len(corners), -1, np.int64)
-    mesh = PolygonMesh(points, None, corners, sizes, np.zeros((0, 2)), none, none[: len(sizes)])
-    return checked_mesh(mesh, path, error)
+    return PolygonMesh(points, None, corners, sizes, np.zeros((0, 2)), none, none[: len(sizes)])

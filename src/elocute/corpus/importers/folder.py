@@ -19,6 +19,7 @@ from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.frame_rates import choose_frame_rate
 from elocute.corpus.importers.foreign_arrays import FLOATS, checked_templates, open_float_array
+from elocute.corpus.importers.frame_gaps import check_finite
 from elocute.corpus.importers.import_report import Progress, SkippedClips, require_clips
 from elocute.corpus.importers.length_scale import metres_per_unit
 from elocute.corpus.importers.published_splits import VOCASET_SUBJECTS
@@ -92,10 +93,12 @@ def convert_folder(
         for array, subject, number in _usable(
             arrays, templates, sounds, leave_out, skipped, progress
         ):
-            vertices = read_vertices(array, len(templates[subject])) * np.float32(scale)
+            vertices = read_vertices(array, len(templates[subject]))
             text = words.get((subject, number), "")
             try:
+                check_finite(vertices, array)
                 sound = read_audio(source / "wav" / f"{array.stem}.wav")
+                vertices *= np.float32(scale)
                 clip = Clip(subject, _sentence(subject, number, text), text, sound, vertices)
                 writer.add(clip)
                 numbers[clip.name] = number
@@ -200,4 +203,5 @@ def read_vertices(path: Path, count: int) -> NDArray[np.float32]:
             found=f"shape {array.shape}, {found} vertices",
             allowed=f"(frames, {count}, 3) or (frames, {3 * count}), {count} vertices",
         )
-    return np.asarray(array, np.float32).reshape(len(array), count, 3)
+    with np.errstate(over="ignore"):  # what is then infinite is told
+        return np.array(array, np.float32).reshape(len(array), count, 3)
