@@ -149,7 +149,7 @@ def _usable(
     for done, array in enumerate(arrays, 1):
         if progress:
             progress(done / len(arrays))
-        subject, number = _subject_and_sentence(array.stem, templates)
+        subject, number = subject_and_sentence(array.stem, templates)
         if {array.stem, subject, f"{subject}.{number}"} & leave_out:
             continue
         if not subject or array.stem not in sounds:
@@ -165,8 +165,21 @@ def _sentence(subject: str, number: str, text: str) -> str:
     return number
 
 
-def _subject_and_sentence(stem: str, templates: dict[str, Any]) -> tuple[str, str]:
-    """Subject and sentence of SUBJECT_SENTENCE; a subject's own name may contain `_`."""
+def subject_and_sentence(stem: str, templates: dict[str, Any]) -> tuple[str, str]:
+    """Subject and sentence of a file called SUBJECT_SENTENCE.
+
+    Parameters
+    ----------
+    stem : str
+        The name of the file without its suffix.
+    templates : dict of str
+        The known subjects, whose own names may contain `_`.
+
+    Returns
+    -------
+    subject, sentence : str
+        "" and the whole name for an unknown subject.
+    """
     for subject in sorted(templates, key=len, reverse=True):
         if stem.startswith(f"{subject}_"):
             return subject, stem[len(subject) + 1 :]
