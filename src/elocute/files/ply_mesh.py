@@ -125,6 +125,9 @@ def parse_ply(data: bytes, path: Path, error: type[InputError]) -> PolygonMesh:
         raise error.about(
             path, found="shorter than its header says", allowed="a whole mesh"
         ) from None
+    except KeyError as problem:
+        found = f"numbers of type {str(problem)[:40]}"
+        raise error.about(path, found=found, allowed=", ".join(TYPES)) from None
     except (ValueError, IndexError, OverflowError, struct.error) as problem:
         found = f"no mesh that can be read ({' '.join(str(problem).split())[:80]})"
         raise error.about(path, found=found, allowed="a .ply as others read it") from problem
@@ -213,7 +216,7 @@ def _numbers(text: bytes) -> NDArray[np.float64]:
         warnings.simplefilter("error", DeprecationWarning)
         try:
             return np.fromstring(text.decode("ascii").strip(), np.float64, sep=" ")
-        except DeprecationWarning:
+        except (DeprecationWarning, ValueError):
             raise ValueError("words that are no numbers") from None
 
 
@@ -247,6 +250,8 @@ class _Records:
                 at += counted.itemsize
             fields.append((f"v{number}", kind, (size,)))
             at += size * kind.itemsize
+        if count and at > len(self._data):
+            raise _ShortError
         record = np.dtype(fields)
         end = start + count * record.itemsize
         if end > len(self._data):
