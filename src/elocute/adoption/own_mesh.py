@@ -338,7 +338,7 @@ def nearest_vertices(head: HeadModel, points: Float64Array, name: str) -> NDArra
     from scipy.spatial import KDTree
 
     known = np.isfinite(points).all(axis=1)
-    if known[len(JAW_LINE) :].all() and not known.all():
+    if known[len(JAW_LINE) :].all() and not known[: len(JAW_LINE)].any():
         points = _with_jaw(points, known, name)
     elif not known.all():
         missing = int((~known).sum())

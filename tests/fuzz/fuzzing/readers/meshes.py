@@ -90,7 +90,7 @@ READERS: tuple[Reader, ...] = (
         seeds.scans,
         _scan,
         {"*.ply": "ply", "*.obj": "text", "*.mtl": "text", "*.png": "png"},
-        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file", "trimesh"),
+        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file"),
         short=150,
     ),
     Reader(
@@ -98,7 +98,7 @@ READERS: tuple[Reader, ...] = (
         seeds.meshes,
         only(_mesh),
         {"*.ply": "ply", "*.obj": "text"},
-        ("elocute.head.registry", "trimesh"),
+        ("elocute.head.registry",),
         short=150,
     ),
     Reader(
@@ -152,7 +152,7 @@ READERS: tuple[Reader, ...] = (
         seeds.textures,
         _scan,
         {"skin.png": "png", "skin.*": "bytes"},
-        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file", "trimesh"),
+        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file"),
         short=100,
     ),
 )

@@ -156,7 +156,7 @@ def meshes(folder: Path) -> None:
 
 
 def big_endian(folder: Path) -> None:
-    """A .ply in the order of bytes that our own reader leaves to trimesh."""
+    """A .ply in the other order of bytes, and one of triangles and quads."""
     head = small_head()
     opening = (
         f"ply\nformat binary_big_endian 1.0\nelement vertex {VERTICES}\nproperty float x\n"
@@ -164,8 +164,13 @@ def big_endian(folder: Path) -> None:
         "property list uchar int vertex_indices\nend_header\n"
     )
     faces = b"".join(struct.pack(">B3i", 3, *map(int, row)) for row in head.triangles)
-    data = opening.encode() + head.template.astype(">f4").tobytes() + faces
-    (place(folder, "big_endian") / "mesh.ply").write_bytes(data)
+    points = head.template.astype(">f4").tobytes()
+    (place(folder, "big_endian") / "mesh.ply").write_bytes(opening.encode() + points + faces)
+    quad = struct.pack(">B4i", 4, *map(int, [*head.triangles[0], head.triangles[1][2]]))
+    mixed = opening.encode() + points + quad + faces[len(quad) - 4 :]
+    (place(folder, "mixed") / "mesh.ply").write_bytes(mixed)
+    strip = opening.replace("element face", "element tristrips").encode()
+    (place(folder, "strips") / "mesh.ply").write_bytes(strip + points + faces)
 
 
 def scans(folder: Path) -> None:
