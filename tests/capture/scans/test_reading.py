@@ -77,6 +77,17 @@ def test_nan_points_and_stray_parts_go_and_are_told(scans: list[Scan]):
     assert any("not finite" in note for note in notes) and any("stray" in note for note in notes)
 
 
+def test_triangles_that_share_no_points_are_joined_and_told(scans: list[Scan]):
+    """As programs write them that list the points of every triangle anew."""
+    whole = checked_scan(scans[0])[0]
+    corners = whole.triangles.ravel()
+    apart = np.arange(len(corners), dtype=np.int32).reshape(-1, 3)
+    colors = None if whole.colors is None else whole.colors[corners]
+    found, notes = checked_scan(Scan("x", whole.points[corners], apart, colors))
+    assert len(found.points) == len(whole.points) and found.boundary.sum() == whole.boundary.sum()
+    assert notes == ("points of its triangles were apart, and were joined",)
+
+
 def test_empty_and_flat_scans_are_refused(scans: list[Scan]):
     with pytest.raises(CaptureError, match="usable points"):
         checked_scan(replace(scans[0], triangles=scans[0].triangles[:10]))

@@ -53,7 +53,7 @@ def _scan(folder: Path, _out: Path) -> None:
     from elocute.capture.scans.scan_file import read_scan
     from elocute.errors import CaptureError
 
-    path = next(path for path in folder.iterdir() if path.suffix in (".ply", ".obj"))
+    path = next(path for path in folder.iterdir() if path.suffix in (".ply", ".obj", ".stl"))
     scan = read_scan(path)
     with contextlib.suppress(CaptureError):  # none of the seeds has points enough
         checked_scan(scan)
@@ -89,7 +89,7 @@ READERS: tuple[Reader, ...] = (
         "scan",
         seeds.scans,
         _scan,
-        {"*.ply": "ply", "*.obj": "text", "*.mtl": "text", "*.png": "png"},
+        {"*.ply": "ply", "*.obj": "text", "*.mtl": "text", "*.png": "png", "*.stl": "bytes"},
         ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file"),
         short=150,
     ),

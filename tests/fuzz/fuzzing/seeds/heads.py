@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import pickle
 import shutil
 import struct
 from pathlib import Path
@@ -184,6 +185,13 @@ def scans(folder: Path) -> None:
     head = small_head()
     colours = np.full((VERTICES, 3), 120, np.uint8)
     write_scan(place(folder, "ours") / "scan.ply", head.template, head.triangles, colours)
+    import trimesh
+
+    solid = trimesh.Trimesh(head.template, head.triangles, process=False)
+    for kind in ("stl", "stl_ascii"):
+        data: Any = solid.export(file_type=kind)
+        data = data.encode() if isinstance(data, str) else data
+        (place(folder, kind) / "scan.stl").write_bytes(data)
     textured = place(folder, "textured")
     lines = ["mtllib scan.mtl", "usemtl skin"]
     lines += [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in head.template[:12]]
@@ -216,6 +224,9 @@ def vertex_lists(folder: Path) -> None:
     np.save(place(folder, "npy") / "lips.npy", numbers)
     (place(folder, "json") / "lips.json").write_text(json.dumps(numbers.tolist()))
     (place(folder, "txt") / "lips.txt").write_text("1, 5 9\n30\n")
+    regions = {"lips": numbers, "brows": np.arange(100) < 9}
+    np.savez(place(folder, "npz") / "lips.npz", **regions)
+    (place(folder, "pkl") / "lips.pkl").write_bytes(pickle.dumps(regions))
 
 
 def frames(folder: Path) -> None:
