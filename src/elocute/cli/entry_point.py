@@ -134,6 +134,7 @@ def _run_app() -> int:
     warnings.showwarning = _show_warning
     if not sys.warnoptions:  # results are checked where it matters, and reported in one line
         warnings.simplefilter("ignore", RuntimeWarning)
+        warnings.simplefilter("once", ElocuteWarning)
     # A shell that asks for completions is offered all commands.
     alone = "" if COMPLETE in os.environ else "".join(sys.argv[1:2])
     app = command_line(alone)
@@ -145,7 +146,7 @@ def _show_warning(message: Warning | str, category: type[Warning], *place: Any) 
     if issubclass(category, ElocuteWarning):
         _say(str(message), 0)
     else:
-        sys.stderr.write(warnings.formatwarning(message, category, *place[:2]))
+        print(warnings.formatwarning(message, category, *place[:2]), end="", file=sys.stderr)
 
 
 def _usage(error: Any) -> int:
