@@ -295,7 +295,7 @@ def test_biwi_sounds_under_other_names_are_asked_for(tmp_path, sources):
 def test_biwi_is_read_turned_and_scaled(tmp_path, sources):
     sources.write_biwi(tmp_path / "b", ("F1", "M1", "M2"))
     lost = tmp_path / "b" / "faces" / "F1" / "02"
-    (lost / "frame_003.vl").unlink()
+    (lost / "frame_003.vl").rename(lost / "._frame_004.vl")  # as a Mac leaves them
     broken = tmp_path / "b" / "faces" / "M1" / "02" / "frame_004.vl"
     broken.write_bytes(broken.read_bytes()[:-4])
     corpus, notes = converted(tmp_path / "b")

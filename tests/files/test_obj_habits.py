@@ -36,6 +36,7 @@ SHAPES = {
     "all three": VERTICES + PLACES + "vn 0 0 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\n",
     "empty places": VERTICES + "f 1/ 2/ 3/ 4/\n",
     "places that are not there": VERTICES + "f 1/1/1 2/2/1 3/3/1 4/4/1\n",
+    "places back from nothing": VERTICES + "f 1/-4 2/-3 3/-2 4/-1\n",
     "groups": "o head\ng skin\n" + VERTICES + "s 1\nf 1 2 3\ng rest\ns off\nf 1 3 4\n",
     "lines and points": VERTICES + "p 1 2\nl 1 2 3\nf 1 2 3 4\n",
     "comments": "# by hand\n" + VERTICES.replace("\n", " # a corner\n") + "f 1 2 3 4 # a face\n",
@@ -201,6 +202,31 @@ def test_what_is_missing_is_told(tmp_path: Path, obj: str, mtl: str, told: str):
     assert str(tmp_path / "a.obj") in str(caught[0].message)
 
 
+def test_a_material_may_have_its_colour_in_other_numbers(tmp_path: Path):
+    for color, expected in (
+        ("0.8 0.2 0.2", [204, 51, 51]),
+        ("0.5", [128, 128, 128]),
+        ("204 51 51", [204, 51, 51]),
+        ("0.8 0.2 0.2 # red", [204, 51, 51]),
+    ):
+        (tmp_path / "a.mtl").write_text(f"newmtl skin\nKd {color}\nKs 0 0 0\n")
+        (tmp_path / "a.obj").write_text(f"mtllib a.mtl\nusemtl skin\n{VERTICES}f 1 2 3 4\n")
+        found = read_scan(tmp_path / "a.obj").colors
+        assert found is not None and found.tolist() == [expected] * 4
+
+
+@pytest.mark.parametrize("mode", ["P", "L", "I;16", "RGBA", "CMYK"])
+def test_pictures_of_any_depth(tmp_path: Path, mode: str):
+    grey = np.full((32, 32), 51 << 8 if mode == "I;16" else 51, np.uint16)
+    plain = Image.fromarray(grey if mode == "I;16" else grey.astype(np.uint8))
+    made = plain if mode == "I;16" else plain.convert("RGB").convert(mode)
+    name = "skin.jpg" if mode == "CMYK" else "skin.png"
+    made.save(tmp_path / name)
+    (tmp_path / "a.mtl").write_text(f"newmtl skin\nmap_Kd {name}\n")
+    (tmp_path / "a.obj").write_text(f"mtllib a.mtl\n{VERTICES}{PLACES}usemtl skin\n{TRIANGLES}")
+    assert np.abs(np.array(edges(tmp_path / "a.obj")) - 51).max() < 10
+
+
 def test_what_is_guessed_is_told(tmp_path: Path):
     """A mesh and its material file that were renamed together; a material by another name."""
     (tmp_path / "a.mtl").write_text("newmtl skin\nKd 0 0 1\n")
@@ -213,5 +239,8 @@ def test_what_is_guessed_is_told(tmp_path: Path):
     assert "no material 'face'; the only one, 'skin', is taken" in told[1]
     (tmp_path / "a.mtl").write_text("newmtl skin\nmap_Kd skin.png\n")
     (tmp_path / "a.obj").write_text(f"mtllib a.mtl\nusemtl skin\n{VERTICES}f 1 2 3 4\n")
-    with pytest.warns(ElocuteWarning, match=r"no places in its picture 'skin\.png'"):
-        assert read_scan(tmp_path / "a.obj").colors is None
+    zeros = f"{VERTICES}vt 0 0\nf 1/1 2/1 3/1 4/1\n"
+    for faces in (f"{VERTICES}f 1 2 3 4\n", zeros):
+        (tmp_path / "a.obj").write_text(f"mtllib a.mtl\nusemtl skin\n{faces}")
+        with pytest.warns(ElocuteWarning, match=r"no places in its picture 'skin\.png'"):
+            assert read_scan(tmp_path / "a.obj").colors is None

@@ -22,7 +22,7 @@ from elocute.errors import ElocuteWarning, InputError
 from elocute.files.mesh_part import drawn_picture
 from elocute.files.meshes import PICTURE_FORMATS, check_picture
 from elocute.files.obj_mesh import line_name, text_lines
-from elocute.files.polygon_mesh import PolygonMesh
+from elocute.files.polygon_mesh import PolygonMesh, color_bytes
 from elocute.files.reading import bytes_text, read_bytes
 from elocute.files.unpacked_size import unpacked_limit
 
@@ -109,6 +109,7 @@ def mesh_looks(
         For each that is named but not there.
     """
     beside = _Beside(path, error)
+    placed = placed and bool(np.ptp(mesh.uv, axis=0).any())  # some programs write zeros only
     looks = {}
     for number, described in _described(mesh, sorted(used), beside):
         name = mesh.material_names[number] if number >= 0 else path.stem
@@ -258,9 +259,9 @@ def _parsed_materials(data: bytes) -> dict[str, _Material]:
             found[name] = _Material()
         elif name is not None and kind == b"kd":
             color = [number for number in map(_number, words[1:4]) if number is not None]
-            if len(color) == 3:
-                shares = np.round(255 * np.clip(color, 0, 1)).tolist()
-                found[name] = replace(found[name], color=tuple(shares))
+            if color:  # one number means grey
+                row = np.array([color if len(color) == 3 else 3 * color[:1]])
+                found[name] = replace(found[name], color=tuple(color_bytes(row, "f8")[0].tolist()))
         elif name is not None and (
             kind == b"map_kd" or (kind == b"map_ka" and not found[name].picture)
         ):

@@ -117,7 +117,8 @@ class _Lines:
             corner, _, rest = word.partition(b"/")
             self.corners.append(_row(int(corner), points))
             place = rest.partition(b"/")[0]
-            self.places.append(_row(int(place), places) if place else -1)
+            number = int(place) if place else 0
+            self.places.append(number - 1 if number >= 0 else places + number)
         self.sizes.append(len(words) - 1)
         self.materials.append(self.material)
 

@@ -193,7 +193,7 @@ def _sentences(source: Path) -> Iterator[Path]:
 def _has_vl(folder: Path) -> bool:
     """Whether a folder holds frames."""
     with os.scandir(folder) as entries:
-        return any(entry.name.endswith(".vl") for entry in entries)
+        return any(entry.name.endswith(".vl") and entry.name[0] != "." for entry in entries)
 
 
 def _neutral_faces(
@@ -269,7 +269,9 @@ def _frames(folder: Path, count: int, sound_s: float, notes: list[str]) -> Float
 
     Raises _BrokenFrameError for broken frames and long gaps, CorpusError for other topologies.
     """
-    paths = sorted(folder.glob("*.vl"), key=lambda path: (_number(path), path.name))
+    # What begins with a point is left by a Mac beside each file.
+    paths = [path for path in folder.glob("*.vl") if path.name[0] != "."]
+    paths.sort(key=lambda path: (_number(path), path.name))
     frames = np.empty((len(paths), count, 3), np.float32)
     for row, path in zip(frames, paths, strict=True):
         vertices = read_vl(path)
