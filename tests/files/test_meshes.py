@@ -97,9 +97,15 @@ def test_what_is_no_mesh(tmp_path, text, found):
     assert found in refused(tmp_path / "bad.obj")
 
 
-def test_texts_of_other_encodings(tmp_path):
-    (tmp_path / "latin.obj").write_bytes("# Köpfe\n".encode("latin-1") + TRIANGLE.encode())
-    assert len(read(tmp_path / "latin.obj")[0].vertices) == 3
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_texts_of_other_encodings(mesh, encoding):
+    """A material's name is the same in both files, and a picture's is that of the file."""
+    for file in (mesh, mesh.with_suffix(".mtl")):
+        text = file.read_text().replace("skin", "Mädchen")
+        file.write_bytes(("# Köpfe\n" + text).encode(encoding))
+    (mesh.parent / "skin.png").rename(mesh.parent / "mädchen.PNG")
+    (part,) = read(mesh)
+    assert part.name == "Mädchen" and part.picture.getpixel((0, 0)) == (200, 10, 10)
 
 
 def test_faces_far_beyond_the_vertices_are_refused(tmp_path):

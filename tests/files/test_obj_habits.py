@@ -187,6 +187,7 @@ def test_a_only_material_that_no_face_names_is_meant(tmp_path: Path):
 @pytest.mark.parametrize(
     ("obj", "mtl", "told"),
     [
+        ("usemtl skin", "", "places in a picture, but none is named"),
         ("mtllib none.mtl\nusemtl skin", "", r"material file 'none\.mtl' is not there"),
         ("mtllib b.mtl\nusemtl skin", "newmtl skin\nmap_Kd no.jpg\n", r"picture 'no\.jpg' is not"),
         ("mtllib b.mtl\nusemtl x", "newmtl y\nKd 1 0 0\nnewmtl z\nKd 1 0 0\n", "no material 'x'"),

@@ -255,6 +255,13 @@ def test_a_face_without_places_is_a_part_of_its_own(tmp_path: Path):
     assert dressed.uv.tolist() == [[0, 0], [1, 0], [1, 1]]
 
 
+def test_places_without_a_picture_are_told(tmp_path: Path):
+    """As trimesh writes them."""
+    (tmp_path / "a.ply").write_bytes(ply("ascii", TEXTURED["s t"]))
+    with pytest.warns(ElocuteWarning, match="places in a picture, but none is named"):
+        assert read_scan(tmp_path / "a.ply").colors is None
+
+
 def test_a_picture_that_is_not_there_is_told(tmp_path: Path):
     data = ply("ascii", TEXTURED["s t"], notes="comment TextureFile /scans/absent.jpg")
     (tmp_path / "a.ply").write_bytes(data)

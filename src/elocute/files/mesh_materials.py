@@ -111,7 +111,7 @@ def mesh_looks(
     beside = _Beside(path, error)
     placed = placed and bool(np.ptp(mesh.uv, axis=0).any())  # some programs write zeros only
     looks = {}
-    for number, described in _described(mesh, sorted(used), beside):
+    for number, described in _described(mesh, sorted(used), beside, placed):
         name = mesh.material_names[number] if number >= 0 else path.stem
         look = Look(name, described.color, scale=described.scale, offset=described.offset)
         if described.picture and placed:
@@ -127,10 +127,12 @@ def mesh_looks(
 
 
 def _described(
-    mesh: PolygonMesh, used: list[int], beside: _Beside
+    mesh: PolygonMesh, used: list[int], beside: _Beside, placed: bool
 ) -> Iterator[tuple[int, _Material]]:
     if not mesh.libraries:  # of a .ply, whose materials are pictures; or nothing is said
         ply = beside.path.suffix.lower() == ".ply"
+        if mesh.colors is None and not (ply and mesh.material_names) and placed:
+            beside.tell("places in a picture, but none is named; it has no colours")
         for number in used:
             picture = mesh.material_names[number] if ply and number >= 0 else ""
             yield number, _Material(picture=picture)
