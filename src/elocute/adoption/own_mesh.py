@@ -337,7 +337,7 @@ def nearest_vertices(head: HeadModel, points: Float64Array, name: str) -> NDArra
     """
     from scipy.spatial import KDTree
 
-    known = np.isfinite(points).all(axis=1)
+    known = np.asarray(np.isfinite(points).all(axis=1), np.bool_)
     if known[len(JAW_LINE) :].all() and not known[: len(JAW_LINE)].any():
         points = _with_jaw(points, known, name)
     elif not known.all():

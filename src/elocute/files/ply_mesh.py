@@ -29,6 +29,8 @@ from elocute.files.polygon_mesh import PolygonMesh, color_bytes
 HEADER_MAX_BYTES = 1_000_000
 PADDING_BYTES = 16
 """Bytes after the last record that nobody misses."""
+NUMBERS_MAX = 100_000_000
+"""Of numbers and lists in records of unlike lengths, which are noted one by one."""
 TYPES = {
     "char": "i1",
     "int8": "i1",
@@ -180,23 +182,17 @@ def _columns(
     data: bytes, start: int, order: str, elements: list[_Element], path: Path
 ) -> dict[str, _Columns]:
     """The columns of each element. A text is read as a binary file of doubles."""
-    text = order == "="
+    text, source = order == "=", np.frombuffer(data, np.uint8)
     if text:
-        numbers = _numbers(data[start:])
-        data, start = memoryview(numbers).cast("B") if len(numbers) else b"", 0
+        source, start = _numbers(data[start:]).view(np.uint8), 0
     found: dict[str, _Columns] = {}
     for element in elements:
         if not element.properties:
             continue
-        kinds = [
-            (
-                f"{order}f8" if text else order + p.kind,
-                p.counted and order + (p.counted, "f8")[text],
-            )
-            for p in element.properties
-        ]
-        found[element.name], start = _Records(data, kinds).read(element, start)
-    left = len(data) - start
+        kinds = [(p.kind, p.counted) for p in element.properties]
+        kinds = [("f8", c and "f8") for _, c in kinds] if text else kinds
+        found[element.name], start = _Records(source, order, kinds).read(element, start)
+    left = len(source) - start
     if text and left:
         raise ValueError(f"{left // 8} numbers more than its header says")
     if left > PADDING_BYTES:
@@ -223,8 +219,12 @@ def _numbers(text: bytes) -> NDArray[np.float64]:
 class _Records:
     """The records of one element in bytes; kinds: of each property, and of a list's count."""
 
-    def __init__(self, data: Any, kinds: list[tuple[str, str]]) -> None:
-        self._data, self._kinds = data, [(np.dtype(k), c and np.dtype(c)) for k, c in kinds]
+    def __init__(self, data: NDArray[np.uint8], order: str, kinds: list[tuple[str, str]]) -> None:
+        self._data, self._bytes, self._order = data, data.data, order
+        self._kinds = [
+            (np.dtype(order + kind), np.dtype(order + counted) if counted else None)
+            for kind, counted in kinds
+        ]
 
     def read(self, element: _Element, start: int) -> tuple[_Columns, int]:
         """The columns, and where the next element begins. Raises _ShortError."""
@@ -259,15 +259,18 @@ class _Records:
         rows = np.frombuffer(self._data, record, count, start) if count else np.zeros(0, record)
         values, sizes = list[Any](), list[Any]()
         for number, (_, counted) in enumerate(self._kinds):
-            column = rows[f"v{number}"]
-            if counted and count and (rows[f"n{number}"] != column.shape[1]).any():
+            column: Any = rows[f"v{number}"]
+            width = column.shape[1]
+            if counted and count and (rows[f"n{number}"] != width).any():
                 return None
             values.append(np.ascontiguousarray(column).ravel())
-            sizes.append(np.full(count, column.shape[1], np.int64) if counted else None)
+            sizes.append(np.full(count, width, np.int64) if counted else None)
         return values, sizes, end
 
     def _one_by_one(self, count: int, start: int) -> tuple[list[Any], list[Any], int]:
         """As `_alike`, for records of unlike lengths."""
+        if count * len(self._kinds) > NUMBERS_MAX:
+            raise ValueError(f"{count} records of unlike lengths")
         starts = np.zeros((len(self._kinds), count), np.int64)
         sizes = np.ones((len(self._kinds), count), np.int64)
         steps = [(kind.itemsize, counted) for kind, counted in self._kinds]
@@ -294,15 +297,14 @@ class _Records:
         """The length of a list. Raises _ShortError, ValueError."""
         if at + counted.itemsize > len(self._data):
             raise _ShortError
-        found = self._data[at] if counted.str[1:] == "u1" else self._unpacked(counted, at)
+        code = self._order + counted.char
+        found = (
+            self._bytes[at] if counted.char == "B" else struct.unpack_from(code, self._bytes, at)[0]
+        )
         size = int(found)
         if size != found or size < 0:
             raise ValueError(f"a list of {found} numbers")
         return size
-
-    def _unpacked(self, kind: np.dtype[Any], at: int) -> Any:
-        code = "<" if kind.byteorder == "<" else ">" if kind.byteorder == ">" else "="
-        return struct.unpack_from(code + kind.char, self._data, at)[0]
 
     def _gathered(
         self, starts: NDArray[np.int64], sizes: NDArray[np.int64], kind: np.dtype[Any]
@@ -310,10 +312,9 @@ class _Records:
         """The numbers of lists, one list after the other."""
         within = np.arange(int(sizes.sum())) - np.repeat(np.cumsum(sizes) - sizes, sizes)
         places = np.repeat(starts, sizes) + kind.itemsize * within
-        raw = np.frombuffer(self._data, np.uint8)
         packed = np.empty((len(places), kind.itemsize), np.uint8)
         for byte in range(kind.itemsize):
-            packed[:, byte] = raw[places + byte]
+            packed[:, byte] = self._data[places + byte]
         return packed.view(kind).ravel()
 
 
@@ -407,7 +408,8 @@ def _places(
         return np.stack([padded[rows], padded[rows + 1]], axis=1), place
     table, faces = columns.get("multi_texture_vertex", {}), columns.get("multi_texture_face", {})
     rows = next((each for each in faces.values() if each.sizes is not None), None)
-    if {"u", "v"} <= set(table) and rows is not None and np.array_equal(rows.sizes, sizes):
+    alike = rows is not None and rows.sizes is not None and np.array_equal(rows.sizes, sizes)
+    if {"u", "v"} <= set(table) and rows is not None and alike:
         return np.stack([table[a].values.astype(np.float64) for a in "uv"], axis=1), rows.whole()
     vertex = columns["vertex"]
     for u, v in PLACE_NAMES:

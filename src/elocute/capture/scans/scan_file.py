@@ -53,7 +53,8 @@ def read_scan(path: str | Path, unit: str = "m") -> Scan:
         )
     parts = read_mesh_parts(path, max_bytes=FILE_MAX_BYTES, error=CaptureError, finite=False)
     points, faces, colors = _one_mesh(parts)
-    if len(parts) > 1 or parts[0].picture or path.suffix.lower() not in (".obj", ".ply"):
+    pictured = any(part.picture is not None for part in parts)
+    if len(parts) > 1 or pictured or path.suffix.lower() not in (".obj", ".ply"):
         points, faces, colors = welded(points, faces, colors)
     return Scan(str(path), scale * points, faces.astype(np.int32), colors, scale)
 

@@ -83,7 +83,8 @@ def filled(frames: Float32Array, rows: NDArray[np.int64]) -> Float32Array:
     before = np.where(rows[after] > np.arange(count), after - 1, after)
     span = np.maximum(rows[after] - rows[before], 1)
     share = ((np.arange(count) - rows[before]) / span).astype(np.float32)[:, None, None]
-    return frames[before] * (1 - share) + frames[after] * share
+    mixed = frames[before] * (1 - share) + frames[after] * share
+    return mixed.astype(np.float32, copy=False)
 
 
 def check_finite(frames: Float32Array, source: str | Path) -> None:
