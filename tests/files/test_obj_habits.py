@@ -168,6 +168,26 @@ def test_one_picture_for_each_material(tmp_path: Path):
     assert three.vertices.tolist() == [POINTS[1], POINTS[2], [4, 0, 0]]
 
 
+def test_materials_that_alternate_each_show(tmp_path: Path):
+    """Every other triangle has a picture, the rest a colour; they share all their points."""
+    picture(tmp_path / "blue.png", (0, 0, 200), (0, 0, 200))
+    (tmp_path / "a.mtl").write_text("newmtl a\nmap_Kd blue.png\nnewmtl b\nKd 0.8 0.2 0.2\n")
+    side = range(12)
+    lines = [f"v {x} {y} 0\nvt {x / 11} {y / 11}" for y in side for x in side]
+    first = [1 + x + 12 * y for y in side[:-1] for x in side[:-1]]
+    lines += ["usemtl a", *(f"f {n}/{n} {n + 1}/{n + 1} {n + 13}/{n + 13}" for n in first)]
+    lines += ["usemtl b", *(f"f {n} {n + 13} {n + 12}" for n in first)]
+    (tmp_path / "a.obj").write_text("mtllib a.mtl\n" + "\n".join(lines))
+    scan = read_scan(tmp_path / "a.obj")
+    assert scan.colors is not None
+    x, y, _ = (scan.points % 1).T
+    inside = (x > 0) & (y > 0) & (x != y)
+    assert inside.sum() == 3 * 2 * 11 * 11  # of each triangle; the others are on edges, and mixed
+    assert (scan.colors[inside & (y > x)] == [204, 51, 51]).all()
+    assert (scan.colors[inside & (y < x)] == [0, 0, 200]).all()
+    assert scan.boundary.sum() == 4 * 11 * 4
+
+
 def test_a_picture_in_a_folder_beside(tmp_path: Path):
     (tmp_path / "Textures").mkdir()
     (tmp_path / "textures").mkdir(exist_ok=True)

@@ -177,9 +177,13 @@ def _check_size(scan: Scan) -> None:
 def welded(
     points: NDArray[np.float64], faces: NDArray[np.integer], colors: NDArray[np.uint8] | None
 ) -> tuple[NDArray[np.float64], NDArray[np.integer], NDArray[np.uint8] | None]:
-    """Points (point, 3), triangles and colours, where points at the same place are one."""
+    """Points (point, 3), triangles and mean colours, where points at the same place are one."""
     first, place = _same_places(points)
-    return points[first], place[faces], None if colors is None else colors[first]
+    if colors is not None:
+        count = np.bincount(place)
+        total = [np.bincount(place, band) for band in colors.T.astype(np.float64)]
+        colors = np.round(np.stack(total, axis=1) / count[:, None]).astype(np.uint8)
+    return points[first], place[faces], colors
 
 
 def _same_places(

@@ -21,6 +21,9 @@ from elocute.files.mesh_parts import SUFFIXES, read_mesh_parts
 FILE_MAX_BYTES = 1_000_000_000
 FINE_POINTS, CUTS_MAX = 200_000, 3
 """A scan is cut finer up to so many points, as many as its picture has pixels, or so often."""
+UNLIKE, MOTTLED_SHARE, MOTTLED_CUTS = 24, 0.1, 2
+"""Where materials of colours so far from their mean meet at so many points, triangles are cut so
+often that each has points of its own."""
 EDGE = 1e-4
 """So far beyond a picture's edge, a place means the edge and not what repeats there."""
 
@@ -55,6 +58,8 @@ def read_scan(path: str | Path, unit: str = "m") -> Scan:
     points, faces, colors = _one_mesh(parts)
     pictured = any(part.picture is not None for part in parts)
     if len(parts) > 1 or pictured or path.suffix.lower() not in (".obj", ".ply"):
+        if colors is not None and len(parts) > 1 and _is_mottled(points, colors):
+            points, faces, colors = _one_mesh(parts, MOTTLED_CUTS)
         points, faces, colors = welded(points, faces, colors)
     return Scan(str(path), scale * points, faces.astype(np.int32), colors, scale)
 
@@ -97,11 +102,11 @@ def write_scan(
 
 
 def _one_mesh(
-    parts: tuple[MeshPart, ...],
+    parts: tuple[MeshPart, ...], cuts: int = 0
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.uint8] | None]:
     """Points, triangles and colours of all parts; no colours where nothing says one."""
     count = sum(len(part.vertices) for part in parts)
-    meshes = [_pictured(part, max(count, 1)) for part in parts]
+    meshes = [_pictured(part, max(count, 1), cuts) for part in parts]
     starts = np.cumsum([0, *(len(points) for points, _, _ in meshes)])
     faces = [mesh[1] + start for mesh, start in zip(meshes, starts, strict=False)]
     said = any(part.coloured for part in parts)
@@ -110,17 +115,20 @@ def _one_mesh(
 
 
 def _pictured(
-    part: MeshPart, count: int
+    part: MeshPart, count: int, cuts: int
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.uint8]]:
     """A part cut fine enough for its picture, with the picture's colours at its points."""
     if part.picture is None or part.uv is None:
-        return part.vertices, part.triangles, part.colors
+        corners, faces = np.hstack([part.vertices, part.colors]), part.triangles
+        for _ in range(cuts):
+            corners, faces = _cut(corners, faces)
+        return corners[:, :3], faces, corners[:, 3:].astype(np.uint8)
     from PIL.Image import Resampling
 
     corners, faces = np.hstack([part.vertices, part.uv]), part.triangles
     most = min(FINE_POINTS, part.picture.width * part.picture.height)
-    for _ in range(CUTS_MAX):
-        if 4 * count >= most:
+    for done in range(CUTS_MAX):
+        if done >= cuts and 4 * count >= most:
             break
         corners, faces = _cut(corners, faces)
         count *= 4
@@ -133,6 +141,14 @@ def _pictured(
     column = places[:, 0].astype(np.intp).clip(0, width - 1)
     row = (height - places[:, 1]).astype(np.intp).clip(0, height - 1)
     return corners[:, :3], faces, pixels[row, column]
+
+
+def _is_mottled(points: NDArray[np.float64], colors: NDArray[np.uint8]) -> bool:
+    """Whether parts of unlike colours meet at many points, and may be cut finer."""
+    _, place, mean = welded(points, np.arange(len(points)), colors)
+    assert mean is not None
+    apart = np.abs(colors.astype(np.int16) - mean[place]).max(axis=1) > UNLIKE
+    return bool(apart.mean() > MOTTLED_SHARE) and len(points) << 2 * MOTTLED_CUTS <= FINE_POINTS
 
 
 def _in_picture(uv: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
