@@ -119,7 +119,7 @@ def _pictured(
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.uint8]]:
     """A part cut fine enough for its picture, with the picture's colours at its points."""
     if part.picture is None or part.uv is None:
-        corners, faces = np.hstack([part.vertices, part.colors]), part.triangles
+        corners, faces = np.hstack([part.vertices, part.colors.astype(np.float64)]), part.triangles
         for _ in range(cuts):
             corners, faces = _cut(corners, faces)
         return corners[:, :3], faces, corners[:, 3:].astype(np.uint8)
