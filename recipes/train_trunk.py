@@ -30,7 +30,7 @@ from recipes.encoder import evaluate
 from recipes.encoder.augment import Augmenter
 from recipes.encoder.natural import Recording, aligned_shard
 from recipes.encoder.reference import read_reference
-from recipes.encoder.store import HOP, ShardWriter, load_shard
+from recipes.encoder.store import HOP, VOICED, ShardWriter, load_shard
 from recipes.encoder.train import Mixer, read_noises
 from recipes.trunk.calibration import calibrate
 from recipes.trunk.export import export, scales
@@ -95,12 +95,20 @@ def other_noises(seed: int) -> list[Float32Array]:
 
 
 def write_nothing(data: Path, work: Path) -> None:
-    """A shard in which nobody speaks, however much there is to hear."""
+    """A shard of sounds in which nobody speaks, and one of song and laughter."""
     writer = ShardWriter()
     for sound in [*read_noises(sorted((data / "noise").glob("*.flac"))), *other_noises(1)]:
         labels = np.full(len(sound) // HOP, SILENCE, np.uint8)
         writer.add(sound, labels, speaker="", source="nothing", language="", text="")
     writer.save(work, "nothing_train")
+    voices = ShardWriter()
+    for voice, sound in made_sounds(1, MADE_EACH):
+        if voice:
+            samples = sound.astype(np.float32)
+            loud = np.convolve(np.abs(samples), np.ones(HOP) / HOP, "same")[::HOP]
+            labels = np.where(loud > 0.1 * loud.max(), VOICED, SILENCE)[: len(samples) // HOP]
+            voices.add(samples, labels, speaker="", source="voices", language="", text="")
+    voices.save(work, "voices_train")
 
 
 def teach(chosen: argparse.Namespace) -> None:

@@ -18,6 +18,7 @@ from elocute.audio.waveform import SPEECH_RATE
 RATE = SPEECH_RATE
 LABEL_RATE = RATE / HOP
 UNKNOWN = 255
+VOICED = 254  # somebody sings or laughs: any phone but silence
 
 
 @dataclass(frozen=True)

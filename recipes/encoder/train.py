@@ -35,6 +35,7 @@ MIX = {
     "precise": 0.04,
     "readers": 0.25,
     "nothing": 0.06,
+    "voices": 0.04,
 }
 NOTHING_SHARE = 0.02
 LIPS = ("P", "B", "M", "F", "V")

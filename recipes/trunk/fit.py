@@ -14,9 +14,9 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig
-from recipes.encoder.store import UNKNOWN
+from recipes.encoder.store import UNKNOWN, VOICED
 from recipes.encoder.train import LIPS, Mixer
 from recipes.trunk.mouths import FIELDS, MouthBatches
 from recipes.trunk.spectrum import BatchLogMel
@@ -86,6 +86,22 @@ def mouth_loss(told: Tensor, targets: Tensor, clip: Tensor, settings: FitSetting
     )
     each = value.mean(0) + settings.velocity * speed.mean(0) + settings.level * level
     return (each * importance).sum() + settings.shut * shut
+
+
+def phones_loss(heard: Tensor, target: Tensor, weight: Tensor, smoothing: float) -> Tensor:
+    """Cross entropy of (sequence, row, phone) logits; of voices without phones, that of silence."""
+    voiced = target == VOICED
+    phones = functional.cross_entropy(
+        heard.transpose(1, 2),
+        target.masked_fill(voiced, UNKNOWN),
+        weight,
+        ignore_index=UNKNOWN,
+        label_smoothing=smoothing,
+    )
+    if not voiced.any():
+        return phones
+    silent = torch.softmax(heard[voiced], -1)[:, SILENCE]
+    return phones - torch.log((1 - silent).clamp(min=1e-4)).sum() / target.numel()
 
 
 def _correlations(first: Tensor, second: Tensor, clip: Tensor, count: int) -> Tensor:
@@ -166,13 +182,7 @@ def fit(
             settings,
         )
         target = torch.from_numpy(labels.astype(np.int64))
-        phone_loss = functional.cross_entropy(
-            heard.transpose(1, 2),
-            target,
-            lips,
-            ignore_index=UNKNOWN,
-            label_smoothing=settings.smoothing,
-        )
+        phone_loss = phones_loss(heard, target, lips, settings.smoothing)
         missed = (rows[settings.mouths :] - whole).square().mean()
         loss = lips_loss + settings.phones_share * phone_loss + settings.rows_share * missed
         optimiser.zero_grad()

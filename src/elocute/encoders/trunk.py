@@ -29,7 +29,7 @@ MOUTH_FIELDS = ("opening", "width", "protrusion", "jaw", "upper_lip", "lower_lip
 """Deviations from a person's mean; whether the lips are shut as a logit."""
 ROW_SAMPLES = round(SPEECH_RATE / FEATURE_RATE)
 CONTEXT = 2  # frames of 10 ms on both sides of a row
-BLOCK_ROWS = 8  # that are attended together; how many blocks a run has changes nothing
+BLOCK_ROWS = 4  # that are attended together; how many blocks a run has changes nothing
 RUN_BLOCKS = 64  # at most, so that memory stays bounded
 KEPT = ("rows", "queries", "keys", "values")
 REST_ROWS = 10  # of silence put before and after
