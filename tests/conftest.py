@@ -31,14 +31,14 @@ from tests.support.once_a_run import once_a_run  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
 SPREAD = ("tests/test_documented.py",)
-"""Long files without a fixture of their own that is costly: any worker may take any test of them."""
+"""Long files whose costly fixtures are made once a run: any worker may take any test of them."""
 FIRST = ("propagation", "cli", "capture", "study", "adoption", "export")
 """Where the longest files are: last, they would be waited for by one worker alone."""
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """A worker takes whole files, in the order of collection, so fixtures of a file are made once."""
+    """A worker takes whole files, in the order of collection: their fixtures are made once."""
     from xdist.scheduler import LoadFileScheduling
 
     class ByFile(LoadFileScheduling):

@@ -48,13 +48,14 @@ from tests.support.documented_pages import (
     RUN,
     UNDERSTOOD,
 )
+from tests.support.once_a_run import folder_of_run
 
 NOT_RUN_MAX = 5
 SMALLER = {
     r"say .*\.mp4": "--size 64 --fps 10",
     r"animate .*\.(mp4|webm|mov)": "--size 64 --fps 10",
     r"(render|edit) .*\.mp4": "--size 64 --fps 10",
-    r"head sample": "--size 128",
+    r"head sample": "--size 128 --count 3",
     r"capture scans": "--jobs 1",
     r"capture simulate": "--seconds 0.05 --points 15000",
     r"train voca": "--epochs 1",
@@ -73,7 +74,9 @@ def give(
     tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest, run: Callable
 ) -> Callable:
     """give("talk.npz") makes that file once."""
-    return file_maker(tmp_path_factory.mktemp("documented"), request, run)
+    folder = folder_of_run(tmp_path_factory) / "documented"
+    folder.mkdir(exist_ok=True)
+    return file_maker(folder, request, run)
 
 
 @pytest.fixture(scope="module")

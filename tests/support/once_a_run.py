@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -15,12 +16,21 @@ except ImportError:  # Windows
 
 
 @contextlib.contextmanager
-def _alone(lock: Path) -> Iterator[None]:
+def alone(lock: Path) -> Iterator[None]:
     """No other worker is here meanwhile; a worker that dies leaves the lock open."""
     with lock.open("a") as file:
         if fcntl is not None:
             fcntl.flock(file, fcntl.LOCK_EX)
         yield
+
+
+def folder_of_run(factory: pytest.TempPathFactory) -> Path:
+    """A folder that all workers of a run have in common."""
+    room = factory.getbasetemp()
+    if room.name.startswith("popen-"):  # a worker's own, in that of the run
+        room = room.parent
+    (room / "once").mkdir(exist_ok=True)
+    return room / "once"
 
 
 def once_a_run(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
@@ -29,16 +39,11 @@ def once_a_run(factory: pytest.TempPathFactory, name: str, make: Callable[[Path]
     make: is given a folder that is there and empty. What it raises is raised here, and the next
     who asks tries again.
     """
-    room = factory.getbasetemp()
-    if room.name.startswith("popen-"):  # a worker's own, in that of the run
-        room = room.parent
-    folder, done = room / "once" / name, room / "once" / f"{name}.done"
-    folder.parent.mkdir(exist_ok=True)
-    with _alone(folder.with_name(f"{name}.lock")):
+    folder = folder_of_run(factory) / name
+    done = folder.with_name(f"{name}.done")
+    with alone(folder.with_name(f"{name}.lock")):
         if not done.exists():
-            attempt = sum(1 for _ in folder.parent.glob(f"{name}*"))
-            if folder.exists():
-                folder.rename(folder.with_name(f"{name}.failed{attempt}"))
+            shutil.rmtree(folder, ignore_errors=True)  # what an attempt left that failed
             folder.mkdir()
             make(folder)
             done.touch()
