@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes
+import gc
 import importlib.util
 import io
 import os
 import pickle
 import struct
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +35,8 @@ from tests.support.once_a_run import once_a_run  # noqa: E402
 ROOT = Path(__file__).parents[1]
 SPREAD = ("tests/test_documented.py",)
 """Long files whose costly fixtures are made once a run: any worker may take any test of them."""
+LARGE = ("elocute.head.looks", "elocute.adoption", "elocute.animation", "elocute.export")
+"""Modules whose caches hold tens of megabytes."""
 FIRST = ("propagation", "cli", "capture", "study", "adoption", "export")
 """Where the longest files are: last, they would be waited for by one worker alone."""
 
@@ -61,6 +66,20 @@ def own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ELOCUTE_STATE", str(tmp_path_factory.mktemp("state")))
         yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forgotten() -> Iterator[None]:
+    """What modules keep of large things, as pictures and dressed heads, does not add up."""
+    yield
+    for name, module in list(sys.modules.items()):
+        if name.startswith(LARGE):
+            for kept in list(vars(module).values()):
+                if hasattr(kept, "cache_clear"):
+                    kept.cache_clear()
+    gc.collect()
+    if sys.platform == "linux":
+        ctypes.CDLL(None).malloc_trim(0)  # the allocator gives back what was freed
 
 
 @pytest.fixture

@@ -84,6 +84,7 @@ def test_one_recording(after_s: float, speech_wav: Path, tmp_path: Path) -> None
     assert (code == 0) == ((tmp_path / "t.csv").exists() and not said)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after_s", [0.05, 0.5, 1.0, 1.5, 2.0, 3.0])
 def test_many_tell_how_many_are_done(after_s: float, speech_wav: Path, tmp_path: Path) -> None:
     sounds = [tmp_path / f"{number}.flac" for number in range(8)]
@@ -99,6 +100,7 @@ def test_many_tell_how_many_are_done(after_s: float, speech_wav: Path, tmp_path:
         assert load_motion(path).frame_count == 640
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after_s", [0.7, 1.4, 2.5])
 def test_video(after_s: float, speech_wav: Path, tmp_path: Path) -> None:
     code, said = interrupted(
@@ -117,6 +119,7 @@ def test_video(after_s: float, speech_wav: Path, tmp_path: Path) -> None:
     assert code == 0 or not (tmp_path / "t.mp4").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after_s", [0.3, 0.8, 1.2, 1.6, 2.5])
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
 def test_a_service_that_stops_and_a_terminal_that_closes(

@@ -127,6 +127,7 @@ def test_the_page_carries_the_notice_of_three_js(page):
     assert "Copyright © 2010-" in text and "The above copyright notice" in text
 
 
+@pytest.mark.slow
 def test_without_sound_a_clock_keeps_time(page, browser, tmp_path):
     write_html(page[1], tmp_path / "silent.html")
     open_viewer(browser, tmp_path / "silent.html")
@@ -135,6 +136,7 @@ def test_without_sound_a_clock_keeps_time(page, browser, tmp_path):
     assert browser.execute_script("return elocute.sound.currentTime") > 0.3
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_the_viewer(speech_wav, browser, tmp_path):
     """As in a notebook: a frame in a page, whose scripts cannot reach the page."""
     take = animate(speech_wav, fps=10)

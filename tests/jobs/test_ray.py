@@ -21,6 +21,7 @@ import pytest
 from tests.support.commands import python, run_apart, run_python
 
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.cluster,
     pytest.mark.skipif(not importlib.util.find_spec("ray"), reason="needs the extra `cluster`"),
     pytest.mark.skipif(not Path("/proc/self").exists(), reason="finds workers in Linux's /proc"),

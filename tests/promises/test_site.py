@@ -18,6 +18,8 @@ from tests.support.commands import run_python
 
 pytest.importorskip("mkdocs", reason="needs the dependency group `dev`")
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 LOADED = {
     "script": ("src",),

@@ -67,6 +67,7 @@ def test_a_participant_comes_to_the_end_with_reloads_and_double_clicks(person, h
     assert not serious, serious
 
 
+@pytest.mark.slow
 def test_by_keyboard_alone(person, host):
     person.driver.get(f"http://{host}/")
     person.run("localStorage.clear()")
@@ -99,6 +100,7 @@ def test_by_keyboard_alone(person, host):
     assert len(rows) == 4 and all(row["answer"] == row["right"] for row in rows)
 
 
+@pytest.mark.slow
 def test_two_tabs_store_each_answer_once(person, host):
     person.begin()
     first = person.driver.current_window_handle
@@ -152,6 +154,7 @@ def test_both_sides_show_one_picture_and_the_right_one(person, host):
     assert blue[0] == (row["left"] in ("ours", "mismatched"))
 
 
+@pytest.mark.slow
 def test_a_slow_network_only_takes_longer(person, host):
     network = {"offline": False, "latency": 60, "downloadThroughput": 150_000}
     person.driver.execute_cdp_cmd("Network.enable", {})
@@ -204,6 +207,7 @@ def test_who_leaves_has_nothing_stored(person, host):
     person.until("document.getElementById('agree')")
 
 
+@pytest.mark.slow
 def test_in_german_on_a_phone(person, host):
     person.driver.set_window_size(*PHONE)
     person.open()
@@ -236,6 +240,7 @@ def test_a_screen_that_is_too_narrow_is_told(person):
     assert person.run("return document.querySelector('main button.main').disabled")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
 def test_axe_finds_nothing(person, need, size):
     need(AXE.is_file(), "web/node_modules/axe-core (npm ci)")
@@ -276,6 +281,7 @@ def test_axe_finds_nothing(person, need, size):
     assert {name: told for name, told in found.items() if told} == {}
 
 
+@pytest.mark.slow
 def test_no_other_host_is_asked(person, host):
     person.driver.get_log("performance")
     person.begin()
@@ -351,6 +357,7 @@ def test_no_text_becomes_markup_and_headphones_are_checked(driver, words):
     )
 
 
+@pytest.mark.slow
 def test_one_command_after_another_makes_serves_and_exports(driver, videos, tmp_path):
     """From two folders of videos to a table, by the commands alone."""
 

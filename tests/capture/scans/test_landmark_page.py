@@ -115,6 +115,7 @@ def test_what_is_clicked_is_what_is_saved(opened, person):
     assert np.quantile(off, 0.9) < 7.0
 
 
+@pytest.mark.slow
 def test_the_ring_lies_where_the_next_landmark_is(opened, person):
     truth = person[2]
     for _ in range(8):
@@ -131,6 +132,7 @@ def test_the_ring_lies_where_the_next_landmark_is(opened, person):
     assert saved(opened).good.sum() == len(KEY_LANDMARKS)
 
 
+@pytest.mark.slow
 def test_a_landmark_is_cleared_and_a_saved_file_is_gone_on_with(opened, person):
     truth = person[2]
     for _ in range(5):
