@@ -62,7 +62,7 @@ def test_a_participant_comes_to_the_end_with_reloads_and_double_clicks(person, h
     rows = answers_of(host, person.finish())
     assert [row["order"] for row in rows] == [1, 2, 3, 4]
     assert [row["answer"] == row["left"] for row in rows] == [True, False, True, True]
-    assert all(0.3 < row["seconds"] < 100 for row in rows)
+    assert all(0.3 < row["seconds"] < 300 for row in rows)  # no milliseconds
     serious = [each for each in person.driver.get_log("browser") if each["level"] == "SEVERE"]
     assert not serious, serious
 
@@ -139,9 +139,13 @@ def test_both_sides_show_one_picture_and_the_right_one(person, host):
     added = person.driver.execute_cdp_cmd(
         "Page.addScriptToEvaluateOnNewDocument", {"source": script}
     )
+    slowly = (  # so that a busy browser, too, draws each flash
+        "const play = HTMLMediaElement.prototype.play; HTMLMediaElement.prototype.play ="
+        " function () { this.playbackRate = 0.25; return play.call(this); }"
+    )
     try:
         person.begin()
-        person.run("window.drawn = []")
+        person.run(f"window.drawn = []; {slowly}")
         person.answer()
         drawn = person.run("return window.drawn")
     finally:

@@ -13,6 +13,7 @@ import pytest
 from elocute.study.answers import read_answers
 from elocute.study.server import PAGES
 from tests.study.studies import Asker, served
+from tests.support.commands import TIMEOUT_S
 
 SECRET = "root:x:0"
 NAMES = (
@@ -268,7 +269,7 @@ def test_who_joins_says_a_language_and_no_more(asker, body):
 def test_large_bodies_are_refused_before_they_are_read(asker, host):
     assert asker.ask("/api/join", b'{"language": "' + b"e" * 5000 + b'"}')[0] == 413
     name, port = host.split(":")
-    with socket.create_connection((name, int(port)), timeout=10) as raw:
+    with socket.create_connection((name, int(port)), timeout=TIMEOUT_S) as raw:
         raw.sendall(
             f"POST /api/join HTTP/1.1\r\nHost: {host}\r\nContent-Type: application/json\r\n"
             "Transfer-Encoding: chunked\r\n\r\n".encode()
@@ -459,7 +460,7 @@ def test_public_needs_an_administrator_s_token(flashes, tmp_path, token):
         env=os.environ | {"ELOCUTE_STUDY_ADMIN_TOKEN": token},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=TIMEOUT_S,
         check=False,
     )
     assert done.returncode == 2 and "ELOCUTE_STUDY_ADMIN_TOKEN" in done.stderr
@@ -486,7 +487,7 @@ def test_only_who_is_invited_comes_in(flashes, tmp_path):
             ],
             capture_output=True,
             text=True,
-            timeout=60,
+            timeout=TIMEOUT_S,
             check=True,
         )
         first, second = (line.split("#link=")[1] for line in made.stdout.split())
