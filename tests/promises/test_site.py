@@ -55,6 +55,8 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if built := os.environ.get("ELOCUTE_SITE"):  # by scripts/check, as strictly as here
+        return Path(built)
     folder = tmp_path_factory.mktemp("site")
     quiet = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
     build = "mkdocs", "build", "--strict", "--site-dir", folder

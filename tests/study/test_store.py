@@ -57,6 +57,8 @@ def postgres(need, tmp_path_factory) -> Iterator[str]:
     assert bin_folder is not None
     user = "postgres" if os.geteuid() == 0 else None  # the server refuses to run as root
     if user:
+        open_to_all = Path(os.devnull).stat().st_mode & 0o002
+        need(open_to_all, f"{os.devnull} that every user may write (chmod 666), for PostgreSQL")
         for each in (folder, *list(folder.parents)[:3]):
             if each != Path("/tmp"):
                 each.chmod(0o755)
