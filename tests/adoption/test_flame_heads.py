@@ -216,6 +216,7 @@ class TestOtherHeads:
         with pytest.raises(HeadError, match=r"small\.pkl: .*200 vertices; allowed: FLAME's 5023"):
             open_speaking_head(path)
 
+    @pytest.mark.slow
     def test_a_ball_is_no_face(self, python2, tmp_path):
         path = tmp_path / "ball.pkl"
         path.write_bytes(python2.dumps(python2.flame(vertices=5023)))

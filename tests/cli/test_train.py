@@ -17,6 +17,7 @@ from tests.support.commands import one_line, refused, run_apart, succeeds
 pytest.importorskip("torch", reason="needs the extra `train`")
 
 
+@pytest.mark.slow
 def test_a_corpus_becomes_a_model_that_animates(
     tmp_path: Path, make_corpus: Callable[..., object], speech_wav: Path
 ) -> None:
