@@ -15,7 +15,7 @@ import shutil
 import stat
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -28,6 +28,8 @@ _FOLDERS: set[Path] = set()
 """Where this process has written, for `remove_own_drafts`."""
 _EXPECTED: dict[tuple[str, str], tuple[int, int, int, int] | None] = {}
 """Places in a block of `unchanged`, and what is there as far as this run knows."""
+_TOLD: dict[tuple[str, str], Callable[[Path], None]] = {}
+"""Places in a block of `announced`, and whom to tell of the draft that is about to be there."""
 BEFORE = "before"
 _DRAFT = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<pid>[0-9]{1,10})-\w+\.part$", re.ASCII)
 
@@ -125,9 +127,31 @@ def unchanged(path: Path) -> Iterator[None]:
         _EXPECTED.pop(place, None)
 
 
+@contextlib.contextmanager
+def announced(path: Path, tell: Callable[[Path], None]) -> Iterator[None]:
+    """In this block `tell` is called with each whole draft before it takes its place at `path`.
+
+    A run that is killed at any moment then left either a note of what is there, or a note of what
+    never came.
+    """
+    place = _place(path)
+    _TOLD[place] = tell
+    try:
+        yield
+    finally:
+        _TOLD.pop(place, None)
+
+
+def _announce(draft: Path, path: Path) -> None:
+    tell = _TOLD.get(_place(path))
+    if tell is not None:
+        tell(draft)
+
+
 def _take_place(draft: Path, path: Path) -> None:
     """Move a draft to its name. Raises OutputError where `unchanged` is broken."""
     place = _place(path)
+    _announce(draft, path)
     if place not in _EXPECTED:
         draft.replace(path)
         return
@@ -198,6 +222,7 @@ def write_folder_atomically(path: str | Path) -> Iterator[Path]:
                 _sync(Path(folder, name))
             _sync(Path(folder))
         room.chmod(0o755)
+        _announce(room, path)
         room.replace(path)
 
 
