@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
 from elocute.corpus.corpus_store import Corpus
+from elocute.errors import CorpusError
 
 BLOCK_FRAMES = 256
+FARTHEST_M = 1e6
+"""No face moves so far, in whatever unit it was taken for; squares of more add up to no number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +76,22 @@ def displacement_blocks(corpus: Corpus, names: Iterable[str]) -> Iterator[NDArra
     ------
     (frame, vertex, 3) float32
         Displacements from the subject's template, m.
+
+    Raises
+    ------
+    CorpusError
+        For a clip with numbers that are not finite, or too large to be squared.
     """
     for name in names:
         for start in range(0, corpus.entry(name).frames, BLOCK_FRAMES):
-            yield corpus.displacements(name, start, start + BLOCK_FRAMES)
+            block = corpus.displacements(name, start, start + BLOCK_FRAMES)
+            if not np.abs(block).max(initial=0.0) < FARTHEST_M:  # NaN too
+                raise CorpusError.about(
+                    corpus.folder,
+                    found=f"clip {name} with vertices that are no numbers, or far away",
+                    allowed=f"motion within {FARTHEST_M:g} m",
+                )
+            yield block
 
 
 def corpus_summary(corpus: Corpus) -> dict[str, object]:
