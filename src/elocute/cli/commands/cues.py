@@ -28,6 +28,8 @@ def cues_command(
     fps: float = typer.Option(24.0, min=1.0, max=240.0, help="Frames per second of a .dat."),
     phones: Path | None = known_speech_options.Phones,
     phone_set: str = known_speech_options.PhoneSet,
+    tier: str = known_speech_options.Tier,
+    speaker: str = known_speech_options.Speaker,
     text: str | None = known_speech_options.Text,
     text_file: Path | None = known_speech_options.TextFile,
     language: str = known_speech_options.Language,
@@ -40,7 +42,7 @@ def cues_command(
     from elocute.audio.mouth_cue_files import WRITERS, CueSheet, write_cues
     from elocute.audio.mouth_cues import mouth_cues
 
-    known = KnownSpeechOptions(phones, phone_set, text, text_file, language)
+    known = KnownSpeechOptions(phones, phone_set, text, text_file, language, tier, speaker)
     known.check(single=True)
     plan = OutputPlan(known.files)
     for path in output:
@@ -50,7 +52,7 @@ def cues_command(
         return
     found = known.find_phones(sound, channel)
     sheet = CueSheet(
-        mouth_cues(found, basic=basic), found.words, known.written_text or "", sound.name, fps
+        mouth_cues(found, basic=basic), found.words, known.written_text, sound.name, fps
     )
     written = plan.wanted(output)
     for path in written:
