@@ -17,12 +17,18 @@ def answering(flashes, tmp_path):
     with contextlib.closing(Store(study.design, tmp_path / "a.db", lambda: now[0])) as store:
         service = StudyService(study, store, Serving(), read_texts(("en",)))
         header = f"Bearer {service.join({'language': 'en'})['token']}"
-        service.check(service.person(header), {"width": 800})
+
+        def person():
+            found = service.person(header)
+            assert found is not None
+            return found
+
+        service.check(person(), {"width": 800})
 
         def answer(order, at, seconds=0.5):
             now[0] = at
             body = {"order": order, "answer": "left", "seconds": seconds, "replays": 0}
-            return service.answer(service.person(header), body, at)["trial"]["order"]
+            return service.answer(person(), body, at)["trial"]["order"]
 
         yield answer
 

@@ -50,7 +50,7 @@ def half_open(port: int, sent: bytes = b"GET / HTTP/1.1\r\nHost: a\r\nX: ") -> s
 def test_a_request_that_does_not_end_is_ended(monkeypatch, sent):
     monkeypatch.setattr(connections, "WHOLE_S", 0.3)
     with answering(Room(10, 10)) as port, half_open(port, sent) as waiting:
-        began = time.monotonic()
+        began, answer = time.monotonic(), b""
         for _ in range(100):  # a byte now and then does not prolong it
             waiting.settimeout(0.1)
             try:

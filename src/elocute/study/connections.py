@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections import Counter
-from typing import Any
+from typing import Any, Protocol
 
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
@@ -57,6 +57,16 @@ def connection_limit(most: int = MOST) -> int:
     return most
 
 
+class Guest(Protocol):
+    """Who is in a room: from where, whether it counts, and how it is ended."""
+
+    address: str
+    counted: bool
+
+    def end(self) -> None:
+        """Leave."""
+
+
 class Room:
     """Who is connected, and who of them waits.
 
@@ -71,9 +81,9 @@ class Room:
     def __init__(self, most: int, each: int) -> None:
         self._most, self._each = most, each
         self._there: Counter[str] = Counter()
-        self._waiting: dict[BoundedConnection, None] = {}
+        self._waiting: dict[Guest, None] = {}
 
-    def enter(self, connection: BoundedConnection) -> None:
+    def enter(self, connection: Guest) -> None:
         """Count a new one; where there are too many, the one that has waited longest leaves."""
         self._there[connection.address] += 1
         self._waiting[connection] = None
@@ -88,13 +98,13 @@ class Room:
                 each.end()
                 return
 
-    def waits(self, connection: BoundedConnection, waits: bool) -> None:
+    def waits(self, connection: Guest, waits: bool) -> None:
         """Note whether one waits for a whole request of it, from now on."""
         self._waiting.pop(connection, None)
         if waits:
             self._waiting[connection] = None
 
-    def leave(self, connection: BoundedConnection) -> None:
+    def leave(self, connection: Guest) -> None:
         """Count one less; a second time nothing happens."""
         self._waiting.pop(connection, None)
         if connection.counted:
