@@ -41,6 +41,10 @@ def _in_one_line(told: object) -> object:
     return " ".join(line.strip() for line in lines if line.strip()) if len(lines) > 1 else told
 
 
+class ElocuteWarning(UserWarning):
+    """Something was guessed or left out, in one line that names the file; the work goes on."""
+
+
 class Interrupted(BaseException):
     """Ctrl-C on the command line; its text says what was done by then.
 

@@ -195,7 +195,7 @@ def test_bad_input_is_one_line(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, 1e30])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_what_is_no_motion_is_told_with_its_clip(
     make_corpus: Callable[..., Corpus], tmp_path: Path, value: float
 ) -> None:
@@ -212,6 +212,6 @@ def test_what_is_no_motion_is_told_with_its_clip(
 
     with (
         mock.patch.object(Corpus, "displacements", broken),
-        pytest.raises(CorpusError, match=f"clip {names[1]} with vertices that are no numbers"),
+        pytest.raises(CorpusError, match=f"clip {names[1]}: NaN or infinity in frame 0"),
     ):
         learn_blendshapes(corpus, names)

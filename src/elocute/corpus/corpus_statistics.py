@@ -13,8 +13,6 @@ from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError
 
 BLOCK_FRAMES = 256
-FARTHEST_M = 1e6
-"""No face moves so far, in whatever unit it was taken for; squares of more add up to no number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,16 +78,18 @@ def displacement_blocks(corpus: Corpus, names: Iterable[str]) -> Iterator[NDArra
     Raises
     ------
     CorpusError
-        For a clip with numbers that are not finite, or too large to be squared.
+        For motion that is not finite; the clip and its frame are named.
     """
     for name in names:
         for start in range(0, corpus.entry(name).frames, BLOCK_FRAMES):
             block = corpus.displacements(name, start, start + BLOCK_FRAMES)
-            if not np.abs(block).max(initial=0.0) < FARTHEST_M:  # NaN too
+            finite = np.isfinite(block).all(axis=(1, 2))
+            if not finite.all():
                 raise CorpusError.about(
-                    corpus.folder,
-                    found=f"clip {name} with vertices that are no numbers, or far away",
-                    allowed=f"motion within {FARTHEST_M:g} m",
+                    f"{corpus.folder / 'motion.npy'}, clip {name}",
+                    found=f"NaN or infinity in frame {start + int(np.argmin(finite))}",
+                    allowed="finite motion",
+                    remedy="elocute corpus check",
                 )
             yield block
 
