@@ -81,7 +81,7 @@ def test_no_one_of_a_room_is_counted_twice():
     ended = []
 
     class Someone:
-        def __init__(self, address):
+        def __init__(self, address: str) -> None:
             self.address, self.counted = address, True
 
         def end(self):

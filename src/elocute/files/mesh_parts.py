@@ -22,6 +22,7 @@ from elocute.files.mesh_materials import Look, mesh_looks
 from elocute.files.mesh_part import GREY, MeshPart
 from elocute.files.meshes import PARSERS, check_picture, read_mesh_file
 from elocute.files.polygon_mesh import PolygonMesh
+from elocute.files.reading import bytes_text
 from elocute.files.unpacked_size import unpacked_limit
 
 SUFFIXES = (*PARSERS, *GLTF_SUFFIXES)
