@@ -398,3 +398,35 @@ def test_one_command_after_another_makes_serves_and_exports(driver, videos, tmp_
     )
     assert len(table.read_text().splitlines()) == 5
     assert code in (tmp_path / "p.json").read_text()
+
+
+def test_who_comes_from_a_panel_goes_back_with_its_code(driver, videos, tmp_path):
+    """The id is told and kept; a second visit by the same link ends where the first one did."""
+    panel = (
+        '[panel]\nreturn_to = "https://p.example/done?cc={code}&s={session}"\ndone_code = "C1X"\n'
+    )
+    (tmp_path / "study.toml").write_text(HEAD + VIDEOS + QUICK + panel)
+    make_stimuli(tmp_path / "study.toml", tmp_path / "s", data=videos)
+    token = {"ELOCUTE_STUDY_ADMIN_TOKEN": ADMIN["Authorization"].split()[1]}
+    with served(tmp_path / "s", environment=token) as host:
+        person = Participant(driver, host)
+        driver.set_window_size(*DESK)
+        link = "?fbclid=Iw-_&prolific_pid=5f0c&STUDY_ID=61aa&SESSION_ID=7%267&x=%3Cb%3E"
+        person.open(link)
+        assert "5f0c" in driver.find_element(By.ID, "main").text
+        person.agree()
+        person.see()
+        person.next_trial()
+        assert person.finish() == "C1X"
+        back = driver.find_element(By.CSS_SELECTOR, "main a.back")
+        assert back.get_attribute("href") == "https://p.example/done?cc=C1X&s=7%267"
+        person.open(link)  # from another browser: nothing is kept in this one
+        person.click("#agree")
+        person.click("main button.main")
+        person.until(OVER)
+        asker = Asker(host)
+        with contextlib.closing(asker):
+            people = json.loads(asker.send("GET", "/admin/participants.json", None, ADMIN)[2])
+        assert [each["panel"] for each in people["participants"]] == [
+            {"id": "5f0c", "study": "61aa", "session": "7&7"}
+        ]

@@ -74,7 +74,8 @@ PAIRS = (
     "/media/" + "0" * 25,
     "/media/" + "A" * 24,
     "/media/" + "0" * 24 + "?x=1",
-    "/?x=1",
+    "/page.js?x=1",
+    "/api/study?PROLIFIC_PID=1",
     "/index.html",
     "/PAGE.JS",
     "/docs",
@@ -548,3 +549,46 @@ def test_languages_have_the_same_texts():
     assert list(english) == list(german)
     for name, text in english.items():
         assert german[name].count("{") == text.count("{"), name
+
+
+PANEL_LINKS = (
+    "/?PROLIFIC_PID=5f0c&STUDY_ID=61aa&SESSION_ID=77bb",
+    "/?workerId=A1B2&assignmentId=3C&hitId=4D",
+    "/?fbclid=IwAR0x-_&utm_source=mail",
+    "/?",
+    "/?x=" + "1" * 2_000,
+    "/?a=%00%ff&b=../../etc/passwd&c=<script>",
+)
+
+
+@pytest.mark.parametrize("link", PANEL_LINKS)
+def test_whatever_a_panel_adds_to_the_link_the_page_comes(asker, link):
+    status, fields, data = asker.send("GET", link)
+    assert status == 200 and fields["content-type"].startswith("text/html")
+    assert data == (PAGES / "index.html").read_bytes()
+
+
+def test_the_id_of_a_panel_is_kept_and_brings_its_person_back(asker, host):
+    panel = {"id": "5f0c", "study": "61aa", "session": "77bb"}
+    step = asker.join(panel=panel)
+    assert asker.answer(step)[0] == 200
+    again = Asker(host)  # a second visit, from another device
+    status, joined = again.ask("/api/join", {"language": "en", "panel": panel})
+    assert status == 201 and joined["step"]["trial"]["order"] == 2
+    assert asker.ask("/api/step")[0] == 401  # one person, one page
+    admin = {"Authorization": "Bearer a-token-of-the-tests"}
+    people = json.loads(asker.send("GET", "/admin/participants.json", None, admin)[2])
+    assert [p["answered"] for p in people["participants"] if p["panel"] == panel] == [1]
+    again.token = joined["token"]
+    assert again.ask("/api/withdraw", {})[0] == 200
+    body = {"language": "en", "panel": panel}
+    assert again.ask("/api/join", body) == (403, {"error": "again"})
+    assert b"5f0c" not in asker.send("GET", "/admin/participants.json", None, admin)[2]
+    again.close()
+
+
+@pytest.mark.parametrize(
+    "panel", [{}, {"study": "1"}, {"id": ""}, {"id": 1}, {"id": "a\n"}, {"id": "a", "x": "b"}, "a"]
+)
+def test_what_is_no_id_of_a_panel_is_refused(asker, panel):
+    assert asker.ask("/api/join", {"language": "en", "panel": panel})[0] == 400
