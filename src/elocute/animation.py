@@ -270,6 +270,8 @@ def animate(
         curves = curves_from_motion(motion).select(curves.names)
     if known.phones is not None and chosen.encoder != "phones":
         known.tell(f"{chosen.name} takes {chosen.encoder}: phones move its contacts alone")
+    if rig.character is not None:
+        known.notes.extend(rig.character.notes)
     return Animation(motion, curves, sound, tuple(known.notes), tuple(known.words))
 
 

@@ -11,6 +11,7 @@ import pytest
 from elocute.adoption.characters.open_character import character_head, open_character
 from elocute.animation import animate
 from elocute.errors import OutputError
+from elocute.export.character_weights import character_motion
 from elocute.export.gltf_character import character_glb
 from elocute.export.registry import write
 from elocute.head.character import Character
@@ -206,6 +207,27 @@ def test_lips_that_seal_take_the_shape_that_seals_them(take, character, names):
     places = [target for control in mouths for _, target, _ in control.binds]
     assert weights[:, places].sum(axis=1).max() <= 1 + 1e-6
     assert weights[pressed][:, [place for place in places if place != sealing]].max() < 0.05
+
+
+def test_what_expressions_take_away_is_taken(take, character):
+    face = character(record(("Head", [*OCULUS[1:], "eyeBlinkLeft", "eyeBlinkRight"])))
+    plain = character_motion(take, face).controls
+
+    def moved(name, **overrides):
+        controls = [
+            replace(each, overrides=overrides) if each.name == name else each
+            for each in face.controls
+        ]
+        return character_motion(take, replace_controls(face, tuple(controls))).controls
+
+    blinks = plain["eyeBlinkLeft"]
+    assert blinks.max() > 0.9
+    blocked = moved("eyeBlinkLeft", mouth="block", blink="block")
+    for name in ("viseme_aa", "viseme_PP"):
+        assert np.allclose(blocked[name], np.where(blinks > 0, 0, plain[name]))
+    assert np.array_equal(blocked["eyeBlinkRight"], plain["eyeBlinkRight"])  # of its own kind
+    blended = moved("viseme_aa", blink="blend")["eyeBlinkLeft"]
+    assert np.allclose(blended, blinks * (1 - plain["viseme_aa"]), atol=1e-6)
 
 
 def test_one_shape_alone_still_speaks(take):

@@ -136,7 +136,7 @@ _SIDED: dict[str, tuple[str, ...]] = {
         *("Brow_Raise_Outer_{}", "browRaiseOuter{}", "BrowUp{}", "BrowsUp_{}"),
         "browOutVert{}_max",
     ),
-    "eyeBlink": ("EyeClosed{}", "eyeClosed{}_max", "blink{}"),
+    "eyeBlink": ("EyeClosed{}", "eyeClosed{}_max"),
     "eyeWide": ("eyeWiden{}", "EyesWide{}", "eyeClosed{}_min"),
     "eyeSquint": ("eyeSquintInner{}", "Squint_{}"),
     "eyeLookUp": ("Eye_{}_Look_Up", "EyesLookUp{}"),
