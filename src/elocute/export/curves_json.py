@@ -73,7 +73,11 @@ def read_json_curves(path: str | Path) -> Curves:
     MotionError
         Saying what is wrong with the file, and in which frame.
     """
-    record = _record(path)
+    return curves_of_record(path, _record(path))
+
+
+def curves_of_record(path: str | Path, record: dict[str, Any]) -> Curves:
+    """The curves of what such a file holds; path: what messages name. Raises MotionError."""
     fps, names, frames = finite_number(record.get("fps")), record.get("names"), record.get("frames")
     if fps is None or not 0 < fps <= FPS_MAX:
         raise MotionError.about(
@@ -104,7 +108,13 @@ def read_json_rotations(path: str | Path, joints: tuple[str, ...]) -> NDArray[np
     MotionError
         For other joints, and for anything but a unit quaternion for each in each frame.
     """
-    record = _record(path)
+    return rotations_of_record(path, _record(path), joints)
+
+
+def rotations_of_record(
+    path: str | Path, record: dict[str, Any], joints: tuple[str, ...]
+) -> NDArray[np.float32] | None:
+    """As `read_json_rotations`, of what such a file holds. Raises MotionError."""
     if "rotations" not in record:
         return None
     if record.get("joints") != list(joints):

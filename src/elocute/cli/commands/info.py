@@ -14,12 +14,14 @@ from elocute.cli.characters import print_character
 from elocute.errors import HeadError
 from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 
+CURVE_SUFFIXES = (".csv", ".json", ".jsonl", ".npy")
+
 
 def info_command(
     file: Path = typer.Argument(
         ...,
-        help="A sound, a video, a motion (.npz), curves (.json), or a character (.glb, .gltf, "
-        ".vrm, .fbx).",
+        help="A sound, a video, a motion (.npz), curves (.csv, .json, .npy), or a character "
+        "(.glb, .gltf, .vrm, .fbx).",
     ),
     mesh: str | None = options.Mesh,
     as_json: bool = options.Json,
@@ -31,7 +33,9 @@ def info_command(
     if mesh is not None:
         allowed = f"for {', '.join(CHARACTER_SUFFIXES)}"
         raise HeadError.about("--mesh", found=repr(mesh), allowed=allowed)
-    facts = {".npz": _motion_facts, ".json": _curve_facts}.get(file.suffix.lower(), _sound_facts)
+    facts = {".npz": _motion_facts}.get(file.suffix.lower(), _sound_facts)
+    if file.suffix.lower() in CURVE_SUFFIXES:
+        facts = _curve_facts
     record = facts(file)
     if as_json:
         print(json.dumps(record))
@@ -61,9 +65,10 @@ def _motion_facts(file: Path) -> dict[str, Any]:
 
 
 def _curve_facts(file: Path) -> dict[str, Any]:
-    from elocute.export.curves_json import read_json_curves
+    from elocute.export.curve_files import read_curves
 
-    curves = read_json_curves(file)
+    found = read_curves(file)
+    curves = found.curves
     moving = [name for name in curves.names if curves[name].any()]
     return {
         "file": str(file),
@@ -73,6 +78,7 @@ def _curve_facts(file: Path) -> dict[str, Any]:
         "duration_s": round(len(curves.values) / curves.fps, 4),
         "curves": len(curves.names),
         "moving": ", ".join(moving) or "none",
+        **({"notes": "; ".join(found.notes)} if found.notes else {}),
     }
 
 
