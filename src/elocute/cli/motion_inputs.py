@@ -11,6 +11,7 @@ import typer
 from elocute.cli.flags import in_flags
 from elocute.cli.progress import progress_bar
 from elocute.errors import printable
+from elocute.numerics.frame_rates import frame_rate
 
 if TYPE_CHECKING:
     from elocute.motion.motion import Motion
@@ -30,6 +31,8 @@ InputFps = typer.Option(
     None,
     "--input-fps",
     help="Frames per second of curves or parameters that do not say it, such as 25 or 30000/1001.",
+    parser=frame_rate,
+    metavar="RATE",
 )
 
 

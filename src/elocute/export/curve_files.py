@@ -25,7 +25,7 @@ import numpy as np
 from elocute.array_types import Float32Array, Float64Array
 from elocute.errors import MotionError
 from elocute.export.arkit_csv import COLUMNS, POSE_COLUMNS, SIXTIETHS
-from elocute.export.curves_json import FORMAT, curves_of_record, rotations_of_record
+from elocute.export.curves_json import curves_of_record, rotations_of_record
 from elocute.files.array_reading import read_npy
 from elocute.files.json_records import finite_number, parse_json
 from elocute.files.reading import open_regular, read_text
@@ -40,6 +40,8 @@ ALLOWED = "curves: Live Link Face .csv, ARKit weights, Audio2Face or Azure .json
 BYTES_MAX = 200_000_000
 FRAMES_MAX = 5_000_000
 VALUE_MAX = 1e6
+OURS = "elocute"
+"""What the formats of our own files begin with."""
 ASSUMED_FPS = 60.0
 RATES = (24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0)
 PAUSE = 1.5
@@ -147,7 +149,7 @@ def read_curves(path: str | Path, fps: float | None = None) -> CurveFile:
     else:
         text = read_text(path, max_bytes=BYTES_MAX, allowed=ALLOWED, error=MotionError)
         record = _parsed(path, text)
-        if isinstance(record, dict) and record.get("format") == FORMAT:
+        if isinstance(record, dict) and str(record.get("format")).startswith(OURS):
             return CurveFile(curves_of_record(path, record), record=record)
         table = _json_table(path, record)
     return _curves(path, table, fps)

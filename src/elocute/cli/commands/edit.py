@@ -78,7 +78,7 @@ def edit_command(
         None, "--from", help="Start of the part to keep, in seconds."
     ),
     stop: float | None = typer.Option(None, "--to", help="End of the part to keep, in seconds."),
-    fps: float | None = typer.Option(None, help="Resample to this frame rate."),
+    fps: float | None = options.Resampled,
     sound: Path | None = typer.Option(
         None,
         "--sound",

@@ -41,7 +41,8 @@ def info_command(
         print(json.dumps(record))
         return
     for name, value in record.items():
-        print(f"{name:12} {value}")
+        told = "; ".join(value) if isinstance(value, list) else value
+        print(f"{name:12} {told}")
 
 
 def _motion_facts(file: Path) -> dict[str, Any]:
@@ -85,4 +86,8 @@ def _curve_facts(file: Path) -> dict[str, Any]:
 def _sound_facts(file: Path) -> dict[str, Any]:
     from elocute.audio.read import probe_audio
 
-    return {"file": str(file), "kind": "sound", **asdict(probe_audio(file))}
+    record = asdict(probe_audio(file))
+    tracks = record.pop("tracks")
+    if tracks:
+        record["tracks"] = [f"{number}: {told}" for number, told in enumerate(tracks)]
+    return {"file": str(file), "kind": "sound", **record}

@@ -21,7 +21,7 @@ def render_command(
     motion: Path = typer.Argument(..., help=motion_inputs.HELP),
     output: list[Path] = options.Output,
     audio: Path | None = typer.Option(None, help="Sound that belongs to the motion."),
-    fps: float | None = typer.Option(None, help="Resample to this frame rate."),
+    fps: float | None = options.Resampled,
     head: str | None = motion_inputs.PlayedOn,
     mesh: str | None = options.Mesh,
     flame: Path | None = motion_inputs.FlameModel,
