@@ -1,6 +1,6 @@
 """FLAME's parameters as different programs store them.
 
-`elocute solve --flame` writes shape, expression, pose, translation and fps. VHAP has expr,
+`elocute solve` writes shape, expression, pose, translation and fps. VHAP has expr,
 rotation, neck_pose, jaw_pose, eyes_pose; EMOCA and DECA have exp or expcode, and a pose of six:
 root and jaw; some store a file for each frame.
 """
