@@ -422,11 +422,11 @@ def _frame(
         return _checked(about, [name for name, _ in kept], [value for _, value in kept]), time
     if isinstance(frame, list) and frame and isinstance(frame[0], dict):
         return _checked(about, *_scored(about, frame)), time
-    if names is None:
-        if not isinstance(frame, list) or len(frame) not in WIDTHS:
-            raise MotionError.about(about, found="no weights by name", allowed=_widths())
-        names = WIDTHS[len(frame)]
-    return _checked(about, names, _numbers(about, frame, len(names))), time
+    wide = len(frame) if isinstance(frame, list) else 0
+    if names is None and wide not in WIDTHS:
+        raise MotionError.about(about, found="no weights by name", allowed=_widths())
+    own = names or WIDTHS[wide]
+    return _checked(about, own, _numbers(about, frame, len(own))), time
 
 
 def _scored(about: str, frame: list[Any]) -> tuple[list[str], list[float]]:
