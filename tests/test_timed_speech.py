@@ -120,3 +120,38 @@ def test_what_is_refused(speech_wav, heard, tmp_path):
 def read_speech_times_of(speech, folder):
     write_speech_times(speech, folder / "b.csv")
     return read_speech_times(folder / "b.csv")
+
+
+SUBTITLES = """1
+00:00:00,400 --> 00:00:01,400
+HOST: Hello.
+
+2
+00:00:01,400 --> 00:00:04,000
+Give me any voice, and I will give it a face.
+
+3
+00:00:04,000 --> 00:00:07,400
+(smiles) My mouth closes on p, b and m.
+
+4
+00:00:07,400 --> 00:00:10,600
+Five wolves move through the blue fog. Now I rest.
+"""
+
+
+def test_subtitles_are_a_text_with_times(speech_wav, aligned):
+    found = elocute.find_phones(speech_wav, text=SUBTITLES)
+    assert [word for *_, word in found.words] == [word for *_, word in aligned.words]
+    for one, other in zip(found.words, aligned.words, strict=True):
+        assert abs(one[0] - other[0]) < 0.1
+    late = SUBTITLES.replace("00:00:07,400 --> 00:00:10,600", "00:01:07,400 --> 00:01:10,600")
+    with pytest.raises(AlignmentError, match=r"word 'Five': after the end of the sound, 10\.\d+ s"):
+        elocute.find_phones(speech_wav, text=late)
+
+
+def test_a_script_is_heard_without_its_directions(speech_wav, aligned):
+    script = "HOST: " + TEXT.replace("My mouth", "(sighs) My mouth") + " [applause]"
+    found = elocute.find_phones(speech_wav, text=script)
+    assert found.words == aligned.words
+    assert found.notes[0] == "not taken for speech: 'HOST:', '[applause]', '(sighs)'"

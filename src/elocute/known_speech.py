@@ -69,22 +69,20 @@ def known_speech(
     if phones is not None and text is not None:
         raise InputError.about("`phones`", found="`text` too", allowed="one of them")
     if text is not None:
-        return _transcribed(Transcript.of_text(text, language), text=text)
+        return _transcribed(Transcript.of_text(text, language))
     if isinstance(phones, SpeechTimes):
         return _timed(phones, language)
     return KnownSpeech(phones)
 
 
-def _transcribed(
-    transcript: Transcript, notes: tuple[str, ...] = (), text: str = ""
-) -> KnownSpeech:
-    told, words = list(notes), list[Label]()
+def _transcribed(transcript: Transcript, notes: tuple[str, ...] = ()) -> KnownSpeech:
+    told, words = [*notes, *transcript.notes], list[Label]()
 
     def refine(heard: Float32Array, duration_s: float) -> Float32Array:
         found = transcribe(transcript, heard, duration_s)
         told.extend(found.notes)
         spoken = [(word.start_s, word.end_s, word.text) for word in found.words]
-        words.extend(as_written(spoken, text))
+        words.extend(as_written(spoken, transcript.text))
         return found.posteriors
 
     return KnownSpeech(refine, told, words)
@@ -102,7 +100,7 @@ def _timed(times: SpeechTimes, language: str) -> KnownSpeech:
             times.phones, heard, duration_s, unknown=times.unknown, heard_share=0.0
         )
 
-    return KnownSpeech(_within(times, refine, told), told)
+    return KnownSpeech(_within(times, refine, told), told, list(times.words))
 
 
 def _within(

@@ -87,6 +87,7 @@ def find_phones(
 def _aligned(
     transcript: Transcript, heard: Float32Array, duration_s: float, notes: tuple[str, ...]
 ) -> TimedSpeech:
+    notes = (*notes, *transcript.notes)
     words = transcript.align(heard)
     phones = tuple(phone for word in words for phone in word.phones)
     spans = tuple((word.start_s, word.end_s, word.text) for word in words)

@@ -55,6 +55,9 @@ def test_what_cannot_be_aligned_is_refused(speech_wav: Path):
     from elocute.audio.read import read_audio
 
     speech = read_audio(speech_wav)
+    for text, missing in (("Call 911 at noon", "911"), ("the café", "café")):
+        with pytest.raises(AlignmentError, match=f"no pronunciation of {missing}"):
+            segment_words(speech, text)
     with pytest.raises(AlignmentError, match="no pronunciation of blorfit"):
         segment_words(speech, "hello blorfit")
     strange = "seven elephants crossed an angry river because tomorrow nobody will remember"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from elocute.audio import espeak
-from elocute.audio.espeak import LEAD_S, speak
+from elocute.audio.espeak import LEAD_S, speak, spell
 from elocute.audio.voice_settings import VoiceSettings
 from elocute.errors import InputError, MachineError
 
@@ -84,6 +84,30 @@ def test_what_cannot_be_spoken_is_refused(text, voice, says):
 def test_a_language_is_no_path(name):
     with pytest.raises(InputError, match="`language`"):
         VoiceSettings(name)
+
+
+@pytest.mark.parametrize(
+    ("language", "name"),
+    [
+        ("de-DE", "de"),
+        ("en_US.UTF-8", "en-us"),
+        ("zh-CN", "cmn"),
+        ("pt_PT", "pt"),
+        ("es-MX", "es-419"),
+    ],
+)
+def test_a_language_may_be_called_as_others_call_it(language, name):
+    assert speak("la 2", VoiceSettings(language)).phones == (
+        speak("la 2", VoiceSettings(name)).phones
+    )
+
+
+def test_words_are_spelled_alone():
+    assert spell(["four", "castle", "the"], VoiceSettings("en_US")) == {
+        "four": ("F", "AO", "R"),
+        "castle": ("K", "AE", "S", "AH", "L"),
+        "the": ("DH", "AH"),
+    }
 
 
 def test_what_a_shell_would_run_is_only_said(tmp_path, monkeypatch):

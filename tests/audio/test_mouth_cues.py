@@ -109,6 +109,16 @@ def test_a_long_sentence_takes_two_lines(tmp_path):
     assert [len(line) for line in caption.lines] == [32, 32]
 
 
+def test_letters_of_chinese_are_wide_and_have_no_spaces(tmp_path):
+    text = "今日はとても良い天気ですね、明日もきっと晴れるでしょう。"
+    words = [
+        (k * 0.1, k * 0.1 + 0.1, letter) for k, letter in enumerate(text) if letter not in "、。"
+    ]
+    write_cues(CueSheet([MouthCue(0, 4, "X")], words, text), tmp_path / "a.vtt")
+    (caption,) = webvtt.read(str(tmp_path / "a.vtt"))
+    assert caption.lines == ["今日はとても良い天気ですね、", "明日もきっと晴れるでしょう。"]
+
+
 def test_a_word_that_the_text_lacks_stands_as_it_is():
     assert as_written([(0, 1, "two"), (1, 2, "wolves")], "2 wolves!") == [
         (0, 1, "two"),

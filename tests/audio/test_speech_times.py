@@ -226,7 +226,7 @@ def test_times_beyond_the_sound(tmp_path):
         ("a.csv", "start_s,end_s,phone\n0,nan,AA\n", "row 2"),
         (
             "a.csv",
-            "start_s,end_s,phone\n0,1,XQ\n1,2,AA\n",
+            "start_s,end_s,phone\n0,1,XQ\n1,2,QX\n2,3,AA\n",
             r"symbol 'XQ': unknown in arpabet.*nearest",
         ),
         ("a.csv", "start_s,end_s,phone\n0,1,AA\n0.5,2,P\n", "in AA, which lasts until 1.000 s"),
@@ -250,6 +250,37 @@ def test_what_cannot_be_used_is_refused_in_one_line(tmp_path, name, text, says):
         read(tmp_path, name, text)
     assert "\n" not in str(caught.value) and str(tmp_path / name) in str(caught.value)
     assert len(str(caught.value)) < 700
+
+
+def test_symbols_that_nobody_knows_are_left_to_the_encoder(tmp_path):
+    times = read(tmp_path, "a.csv", "start_s,end_s,phone\n0,1,M\n1,2,XQ\n2,3,AA\n")
+    assert times.phones == ((0.0, 1.0, "M"), (2.0, 3.0, "AA")) and times.unknown == ((1.0, 2.0),)
+    assert times.notes[1].startswith("unknown in arpabet: 'XQ' (nearest to 'XQ': ")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "start_s;end_s;phone\n0,31;0,42;M\n0,42;0,66;AE1\n0,66;0,8;P\n",
+        "sep=;\nid;phone;start;end\n1;M;0.31;0.42\n2;AE1;0.42;0.66\n3;P;0.66;0.8\n",
+        "Start\tEnd\tPhone\tNotes\n0.31\t0.42\tM\t\n0.42\t0.66\tAE1\tloud\n0.66\t0.8\tP\t\n",
+        "phone,start_ms,duration_ms\nM,310,110\nAE1,420,240\nP,660,140\n",
+        "tmin,tier,text,tmax\n0.31,phones,M,0.42\n0.42,phones,AE1,0.66\n0.66,phones,P,0.8\n",
+    ],
+)
+def test_tables_of_excel_praat_and_people(tmp_path, text):
+    assert rounded(read(tmp_path, "a.csv", text)) == list(MAP)
+    assert rounded(read(tmp_path, "b.csv", text.encode("utf-16"))) == list(MAP)
+
+
+def test_a_fault_in_a_table_names_its_row_and_column(tmp_path):
+    with pytest.raises(InputError, match="row 3, column end_s: 'x'; allowed: a time from 0"):
+        read(tmp_path, "a.csv", "start_s,end_s,phone\n0,1,M\n1,x,AA\n")
+
+
+def test_subtitles_are_words_with_the_time_of_their_line(tmp_path):
+    text = "1\n00:00:00,300 --> 00:00:00,800\nMy map.\n"
+    assert read(tmp_path, "a.srt", text).words == ((0.3, 0.8, "My"), (0.3, 0.8, "map"))
 
 
 def test_times_in_the_wrong_unit_are_noticed(tmp_path):

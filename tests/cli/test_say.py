@@ -141,11 +141,21 @@ def test_a_take_never_replaces_the_table(tmp_path):
     assert table.read_text() == "id,text\nlines,Hello Bob.\n"
 
 
+def test_a_table_of_excel_with_columns_of_its_owner(tmp_path):
+    table, out = tmp_path / "lines.csv", tmp_path / "takes"
+    table.write_text('\ufeffid;speaker;text;strength;notes\ngreet;BOB;"Hi; Bob.";0,8;loud\n')
+    done = run_here("say", "--table", table, "-o", out, "--format", "csv")
+    assert done.returncode == 0 and (out / "greet.csv").is_file()
+    table.write_text("id\ttext\tpitch\ta\nb\tHi.\thigh\tc\n")
+    done = run_here("say", "--table", table, "-o", out, "--format", "csv")
+    assert done.returncode == 1 and "row 2: pitch: 'high'" in done.stderr
+
+
 def test_what_a_table_refuses_as_a_whole(tmp_path):
     table, out = tmp_path / "lines.csv", ("-o", tmp_path / "takes")
     for text, says in (
         ("", "columns missing"),
-        ("id,text,path\n", "column 'path'"),
+        ("id,text,languages\n", "column 'languages'"),
         ("id,text,text\n", "column 'text' twice"),
         ("id,text\n", "no rows"),
         ('id,text\na,"' + "x" * 200_000 + '"\n', "not a CSV"),

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from elocute.alignment.word_times import TimedWord, TimedWords
 from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.text_words import words_of_text
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.errors import AlignmentError, needs_extra
 
@@ -24,6 +25,7 @@ PAD_LEVEL = 1e-5
 LONGEST_S = 1800.0
 SILENT_PEAK = 1e-4  # full scale is 1: 80 dB below it nothing is said
 TEXT_MAX = 100_000
+SPELLED = re.compile(r"[a-z'’]+")
 CONFIDENCE_MIN = 0.15  # mean of all words, below which the text is not what was said
 
 
@@ -57,9 +59,15 @@ class EnglishAligner:
         )
 
     def unknown(self, text: str) -> list[str]:
-        """Words that are not in the dictionary, each once."""
-        words = dict.fromkeys(words_in(text))
-        return [word for word in words if self.decoder.lookup_word(word) is None]
+        """Words that are not in the dictionary, each once; numbers and foreign letters are in
+        none."""
+        foreign = [
+            word.text
+            for word in words_of_text(text)
+            if not word.is_sign and not SPELLED.fullmatch(word.text.lower())
+        ]
+        missing = [word for word in words_in(text) if self.decoder.lookup_word(word) is None]
+        return [*dict.fromkeys([*foreign, *missing])]
 
     def phones(self, word: str) -> list[str]:
         """The first pronunciation of a word that the dictionary has, in ARPAbet."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from elocute.alignment.phone_alignment import PronouncedWord
-from elocute.audio.espeak import check_text, speak
+from elocute.audio.espeak import check_text, speak, spell
 from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.text_words import words_of_text
 from elocute.audio.voice_settings import VoiceSettings
 from elocute.errors import AlignmentError, MachineError
 
@@ -44,6 +47,42 @@ def pronounce(text: str, language: str = "en-us") -> list[PronouncedWord]:
     ]
 
 
+def pronounce_each(words: Sequence[str], language: str = "en-us") -> dict[str, tuple[str, ...]]:
+    """The phones of words, each said alone.
+
+    Parameters
+    ----------
+    words : sequence of str
+        The words; one may be there many times.
+    language : str
+        As espeak-ng names it.
+
+    Returns
+    -------
+    dict of str to tuple of str
+        None of them for a word that is not spoken.
+
+    Raises
+    ------
+    InputError, MachineError
+        As `pronounce`.
+    """
+    different = list(dict.fromkeys(words))
+    try:
+        return spell(different, VoiceSettings(language))
+    except MachineError as missing:
+        if not language.lower().startswith("en"):
+            raise
+        return {
+            word: tuple(
+                phone
+                for part in (_from_dictionary(word, missing) if any(map(str.isalnum, word)) else [])
+                for phone in part.phones
+            )
+            for word in different
+        }
+
+
 def _from_dictionary(text: str, missing: MachineError) -> list[PronouncedWord]:
     """From pocketsphinx's dictionary; `missing` says why espeak-ng is not used."""
     from elocute.alignment.forced_alignment import EnglishAligner, words_in
@@ -60,7 +99,12 @@ def _from_dictionary(text: str, missing: MachineError) -> list[PronouncedWord]:
             allowed="words of pocketsphinx's English dictionary",
             remedy="install espeak-ng (pip install 'elocute[tts]'), which speaks every word",
         )
+    spelled = [
+        (word.text, [phone for part in words_in(word.text) for phone in aligner.phones(part)])
+        for word in words_of_text(text)
+    ]
     return [
-        PronouncedWord(word, tuple(phone for phone in aligner.phones(word) if phone in PHONES))
-        for word in words_in(text)
+        PronouncedWord(word, tuple(phone for phone in phones if phone in PHONES))
+        for word, phones in spelled
+        if phones
     ]

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from elocute.alignment.phone_alignment import AlignedWord, Phone, PronouncedWord, align_phones
-from elocute.alignment.pronunciation import pronounce
+from elocute.alignment.pronunciation import pronounce, pronounce_each
 from elocute.array_types import Float32Array
 from elocute.articulation.known_phones import blended_posteriors
+from elocute.audio.captions import is_captions, said_text, words_of_captions
 from elocute.audio.phones_and_visemes import SILENCE
 from elocute.errors import AlignmentError
 
@@ -22,6 +23,8 @@ DOUBTFUL = 0.12
 """Confidence of a word below which the encoder alone says what is spoken there."""
 MOST_SILENT = 0.995
 NAMED_MAX = 5
+CAPTION_SLACK_S = 0.5
+"""By so much people set subtitles too early or too late."""
 
 
 @dataclass(frozen=True)
@@ -32,28 +35,42 @@ class Transcript:
     ----------
     words : tuple of PronouncedWord
         With their times, where these are known.
+    text : str
+        What is said, where it is known with its marks.
+    notes : tuple of str
+        What was left out of it.
     """
 
     words: tuple[PronouncedWord, ...]
+    text: str = ""
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def of_text(cls, text: str, language: str = "en-us") -> Transcript:
-        """The transcript of a text. Raises InputError, MachineError."""
-        return cls(tuple(pronounce(text, language)))
+        """The transcript of a text, a script, or subtitles, whose times are kept. Raises
+        InputError, MachineError."""
+        said, notes = said_text(text)
+        if is_captions(text):
+            timed = [
+                (start - CAPTION_SLACK_S, end + CAPTION_SLACK_S, word)
+                for start, end, word in words_of_captions(text)
+            ]
+            words = cls.of_words(timed, language).words
+        else:
+            words = tuple(pronounce(said, language))
+        return cls(words, said, tuple(notes))
 
     @classmethod
     def of_words(
         cls, words: Sequence[tuple[float, float, str]], language: str = "en-us"
     ) -> Transcript:
         """The transcript of words whose times in s are known. Raises InputError, MachineError."""
-        spelled: dict[str, tuple[str, ...]] = {}
-        found = []
-        for start, end, word in words:
-            if word not in spelled:
-                spoken = pronounce(word, language) if any(map(str.isalnum, word)) else []
-                spelled[word] = tuple(phone for part in spoken for phone in part.phones)
-            if spelled[word]:
-                found.append(PronouncedWord(word, spelled[word], (start, end)))
+        spelled = pronounce_each([word for _, _, word in words], language)
+        found = [
+            PronouncedWord(word, spelled[word], (start, end))
+            for start, end, word in words
+            if spelled[word]
+        ]
         if not found:
             raise AlignmentError.about("words", found="none that is spoken", allowed="words")
         return cls(tuple(found))
@@ -83,6 +100,14 @@ class Transcript:
                 found=f"{seconds:.0f} s",
                 allowed=f"up to {LONGEST_S:g} s beside a text",
                 remedy="cut a long recording into parts",
+            )
+        late = [word for word in self.words if word.span_s and word.span_s[0] > seconds]
+        if late:
+            raise AlignmentError.about(
+                f"word {late[0].text[:40]!r}",
+                found=f"after the end of the sound, {seconds:.2f} s",
+                allowed="times of this sound",
+                remedy="give the file that belongs to it",
             )
         if np.exp(heard[:, SILENCE]).mean() > MOST_SILENT:
             raise AlignmentError.about("sound", found="silence", allowed="speech beside a text")

@@ -7,6 +7,7 @@ wants it, and runs in a process of its own (`espeak_library.py`).
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -18,8 +19,9 @@ import numpy as np
 
 from elocute.array_types import Float32Array
 from elocute.audio import espeak_library
-from elocute.audio.phone_symbols import PROLONGS, REST, ipa_phone
-from elocute.audio.voice_settings import TEXT_MAX, VoiceSettings
+from elocute.audio.phone_symbols import PROLONGS, REST, ipa_phones
+from elocute.audio.text_words import share_phones, words_of_text
+from elocute.audio.voice_settings import TEXT_MAX, VoiceSettings, language_names
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError, MachineError, printable
 
@@ -41,6 +43,9 @@ LIBRARIES = (
 STOPS = frozenset(["P", "T", "K", "B", "D", "G", "CH", "JH"])
 SILENT = 1e-3
 CLOSURE_MAX_S = 0.12
+HIDDEN_SHARE = 1 / 3
+LANGUAGE_MARK = re.compile(r"\(([a-z0-9-]+)\)")
+"""An event of this name says in which language the text goes on."""
 LEAD_S, TAIL_S = 0.25, 0.35
 """Silence around the words, so that the mouth opens before them and comes to rest after them."""
 
@@ -142,22 +147,52 @@ def speak(text: str, settings: VoiceSettings | None = None) -> SpokenText:
         Where espeak-ng is missing or fails.
     """
     settings, text = settings or VoiceSettings(), check_text(text)
-    header, samples, rate = _said(text, settings)
+    alone = {word.text for word in words_of_text(text)}
+    header, samples, rate = _said(text, settings, sorted(alone))
     if not header["phones"] or not np.any(np.abs(samples) > SILENT):
         raise InputError.about(
             "text",
             found="nothing that is spoken",
             allowed=f"words of `language` {settings.language}",
         )
-    phones = _phones(header["phones"], len(samples), rate, settings.language)
-    word_of = _word_of(header["words"], phones, rate)
+    phones, sources = _phones(header["phones"], len(samples), rate, settings.language.lower())
     phones = _closed(phones, samples, rate)
-    words = _words(header["words"], word_of, phones, text)
+    words = _words(text, phones, _places(header["words"], sources), header["alone"])
     padded = np.concatenate(
         [np.zeros(round(LEAD_S * rate)), samples, np.zeros(round(TAIL_S * rate))]
     ).astype(np.float32)
     later = tuple(SpokenWord(word.text, _later(word.phones)) for word in words)
     return SpokenText(Waveform(padded, rate), _later(phones), later)
+
+
+def spell(words: Sequence[str], settings: VoiceSettings) -> dict[str, tuple[str, ...]]:
+    """The phones of words, each as it is said alone; none for one that is not spoken.
+
+    Parameters
+    ----------
+    words : sequence of str
+        The words.
+    settings : VoiceSettings
+        Whose language they are in.
+
+    Returns
+    -------
+    dict of str to tuple of str
+        ARPAbet phones of each word.
+
+    Raises
+    ------
+    InputError, MachineError
+        As `speak`.
+    """
+    for word in words:
+        if any(map(str.isalnum, word)):
+            check_text(word)
+    answer, _, _ = _said("a", settings, alone=words)
+    return {
+        word: tuple(_spelled(ipa, settings.language.lower()))
+        for word, ipa in answer["alone"].items()
+    }
 
 
 def has_espeak() -> bool:
@@ -169,15 +204,19 @@ def has_espeak() -> bool:
     return True
 
 
-def _said(text: str, settings: VoiceSettings) -> tuple[dict[str, Any], Float32Array, int]:
-    """What the library answers: events, samples within ±1, and their rate."""
+def _said(
+    text: str, settings: VoiceSettings, alone: Sequence[str] = ()
+) -> tuple[dict[str, Any], Float32Array, int]:
+    """What the library answers: events, samples within ±1, and their rate; and how the words
+    `alone` are spelled in IPA."""
     request = {
         "text": text,
-        "language": settings.language,
+        "languages": language_names(settings.language),
         "variant": settings.voice,
         "words_per_minute": settings.words_per_minute,
         "pitch": settings.pitch,
         "pitch_range": PITCH_RANGE,
+        "alone": list(alone),
     }
     failures = []
     for library, home in _libraries():
@@ -233,17 +272,32 @@ def _asked(request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
     return {"failed": reason}, b""
 
 
-def _phones(events: list[list[Any]], total: int, rate: int, language: str) -> list[Phone]:
-    """Phones with times in s of the samples."""
+def _phones(
+    events: list[list[Any]], total: int, rate: int, language: str
+) -> tuple[list[Phone], list[int]]:
+    """Phones with times in s of the samples, and the number of the event of each."""
     found: list[Phone] = []
+    sources: list[int] = []
     ends = [start for start, _ in events[1:]] + [total]
-    for (start, name), end in zip(events, ends, strict=True):
-        phone = ipa_phone(name, language)
-        if phone == PROLONGS and found:
+    for number, ((start, name), end) in enumerate(zip(events, ends, strict=True)):
+        switched = LANGUAGE_MARK.fullmatch(name)
+        language = switched[1] if switched else language
+        names = [REST] if switched else ipa_phones(name, language) or [REST]
+        if names == [PROLONGS] and found:
             found[-1] = (found[-1][0], end / rate, found[-1][2])
+        elif end == start and found and found[-1][2] != REST and REST not in names:
+            # espeak-ng draws a vowel and the l behind it in one: the l has the vowel's last part.
+            begun, until, before = found.pop()
+            cut = until - (until - begun) * HIDDEN_SHARE
+            found += [(begun, cut, before), (cut, until, names[0])]
+            sources.append(number)
         elif end > start:
-            found.append((start / rate, end / rate, phone or REST))
-    return found
+            part = (end - start) / len(names)
+            for place, phone in enumerate(names):
+                begin = start + place * part
+                found.append((begin / rate, (begin + part) / rate, phone or REST))
+                sources.append(number)
+    return found, sources
 
 
 def _closed(phones: list[Phone], samples: Float32Array, rate: int) -> list[Phone]:
@@ -264,27 +318,35 @@ def _closed(phones: list[Phone], samples: Float32Array, rate: int) -> list[Phone
     return moved
 
 
-def _word_of(events: list[list[int]], phones: list[Phone], rate: int) -> list[int]:
-    """The word of each phone, -1 before the first: a word begins with the next phone's event."""
-    starts = np.array([sample for sample, _, _ in events])
-    begun = [round(start * rate) for start, _, _ in phones]
-    return (np.searchsorted(starts, begun, "right") - 1).tolist()
+def _places(events: list[list[int]], sources: list[int]) -> list[int]:
+    """Where in the text the engine was at each phone: a word's event comes before its phones."""
+    begun = np.array([before for _, _, _, before in events])
+    places = [0, *(place for _, place, _, _ in events)]
+    return [places[at] for at in np.searchsorted(begun, sources, "right").tolist()]
 
 
 def _words(
-    events: list[list[int]], word_of: list[int], phones: list[Phone], text: str
+    text: str, phones: list[Phone], places: list[int], alone: dict[str, str]
 ) -> list[SpokenWord]:
-    """Words with their phones; pauses are part of none."""
-    spoken: dict[int, list[Phone]] = {}
-    for phone, of in zip(phones, word_of, strict=True):
-        if phone[2] != REST:
-            spoken.setdefault(of, []).append(phone)
-    found = []
-    for number, (_, place, length) in enumerate(events):
-        word = text[place : place + length].strip()
-        if number in spoken and word:
-            found.append(SpokenWord(word, tuple(spoken[number])))
-    return found
+    """All words of the text, with their phones; pauses are part of none."""
+    spoken = [(phone, at) for phone, at in zip(phones, places, strict=True) if phone[2] != REST]
+    words = words_of_text(text)
+    lengths = [len(_spelled(alone.get(word.text, ""))) for word in words]
+    shares = share_phones(text, words, [at for _, at in spoken], lengths)
+    return [
+        SpokenWord(word.text, tuple(spoken[number][0] for number in numbers))
+        for word, numbers in shares
+    ]
+
+
+def _spelled(ipa: str, language: str = "") -> list[str]:
+    """The phones of a word in IPA, parted by _."""
+    found: list[str] = []
+    for part in ipa.replace(" ", "_").split("_"):
+        mark = LANGUAGE_MARK.fullmatch(part)
+        language = mark[1] if mark else language
+        found += [] if mark else ipa_phones(part, language)
+    return [name for name in found if name not in (PROLONGS, REST)]
 
 
 def _later(times: Sequence[Phone]) -> tuple[Phone, ...]:

@@ -19,7 +19,7 @@ SYNCHRONOUS = 2
 OPTIONS = 1 | 2 | 0x8000
 RATE_PARAMETER, PITCH_PARAMETER, RANGE_PARAMETER = 1, 3, 4
 END, WORD, PHONE = 0, 1, 7
-UTF8 = 1
+UTF8, IPA = 1, 2
 
 
 class _Name(ctypes.Union):
@@ -70,14 +70,15 @@ class EspeakSpeech:
         Hz.
     phones : list of (int, str)
         First sample of each phone and its name in IPA; "" and marks of stress or length among them.
-    words : list of (int, int, int)
-        First sample of each word, its first letter in the text counted from 0, and its letters.
+    words : list of (int, int, int, int)
+        First sample of each word, its first letter in the text counted from 0, its letters, and how
+        many of `phones` come before it.
     """
 
     samples: bytes
     sample_rate: int
     phones: list[tuple[int, str]]
-    words: list[tuple[int, int, int]]
+    words: list[tuple[int, int, int, int]]
 
 
 class EspeakLibrary:
@@ -99,13 +100,14 @@ class EspeakLibrary:
     def __init__(self, library: str = "libespeak-ng.so.1", data_home: str | None = None) -> None:
         self._library = ctypes.CDLL(library)
         self._library.espeak_ListVoices.restype = ctypes.POINTER(ctypes.POINTER(_Voice))
+        self._library.espeak_TextToPhonemes.restype = ctypes.c_char_p
         home = None if data_home is None else os.fsencode(data_home)
         self.rate = self._library.espeak_Initialize(SYNCHRONOUS, 500, home, OPTIONS)
         if self.rate <= 0:
             raise OSError("espeak-ng finds no data")
         self._blocks: list[bytes] = []
         self._phones: list[tuple[int, str]] = []
-        self._words: list[tuple[int, int, int]] = []
+        self._words: list[tuple[int, int, int, int]] = []
         self._callback = _CALLBACK(self._collect)
         self._library.espeak_SetSynthCallback(self._callback)
 
@@ -119,7 +121,8 @@ class EspeakLibrary:
                 name = event.id.string.decode("utf-8", "ignore")
                 self._phones.append((event.sample, name))
             elif event.type == WORD:
-                self._words.append((event.sample, event.text_position - 1, event.length))
+                place = event.text_position - 1
+                self._words.append((event.sample, place, event.length, len(self._phones)))
             index += 1
         return 0
 
@@ -176,6 +179,16 @@ class EspeakLibrary:
             b"".join(self._blocks), self.rate, list(self._phones), list(self._words)
         )
 
+    def spell(self, word: str) -> str:
+        """A word in IPA as the voice that spoke last says it alone, its phones parted by _."""
+        data = ctypes.c_char_p(word.encode())
+        rest = ctypes.cast(ctypes.pointer(data), ctypes.POINTER(ctypes.c_void_p))
+        found = []
+        while rest.contents.value:  # a clause at a time
+            part = self._library.espeak_TextToPhonemes(rest, UTF8, IPA | ord("_") << 8)
+            found.append((part or b"").decode("utf-8", "ignore"))
+        return "_".join(found)
+
 
 def main() -> None:
     """Answer the one request of standard input."""
@@ -189,7 +202,12 @@ def main() -> None:
         answer, samples = _answer(library, request), b""
         if isinstance(answer, EspeakSpeech):
             samples = answer.samples
-            answer = {"rate": answer.sample_rate, "phones": answer.phones, "words": answer.words}
+            answer = {
+                "rate": answer.sample_rate,
+                "phones": answer.phones,
+                "words": answer.words,
+                "alone": {word: library.spell(word) for word in request["alone"]},
+            }
     except OSError as error:
         answer, samples = {"failed": str(error)}, b""
     sys.stdout.buffer.write(json.dumps(answer).encode() + b"\n" + samples)
@@ -199,12 +217,14 @@ def _answer(library: EspeakLibrary, request: dict[str, Any]) -> EspeakSpeech | d
     """What was said, or the names there are where none is that of the request."""
     if request["variant"] and request["variant"] not in library.variants():
         return {"variants": library.variants()}
-    voice = "+".join(filter(None, (request["language"], request["variant"])))
     numbers = (request["words_per_minute"], request["pitch"], request["pitch_range"])
-    try:
-        return library.speak(request["text"], voice, *numbers)
-    except LookupError:
-        return {"languages": library.languages()}
+    for language in request["languages"]:
+        voice = "+".join(filter(None, (language, request["variant"])))
+        try:
+            return library.speak(request["text"], voice, *numbers)
+        except LookupError:
+            continue
+    return {"languages": library.languages()}
 
 
 if __name__ == "__main__":

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import csv
-import io
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 
 from elocute.audio.voice_settings import VoiceSettings
 from elocute.errors import InputError
+from elocute.files.delimited import DelimitedTable
 from elocute.files.reading import read_text
 
 BYTES_MAX = 50_000_000
 LINES_MAX = 100_000
+MISSPELLED = 0.85
+"""How like one of ours another column's name is that is taken for a slip."""
 COLUMNS = (
     *("id", "text", "audio", "language", "voice", "rate", "pitch"),
     *("style", "identity", "strength", "life", "mood", "edits"),
@@ -81,9 +85,9 @@ def read_lines(path: str | Path, voice: VoiceSettings) -> list[Line | UnusableLi
     Parameters
     ----------
     path : str or Path
-        A CSV in UTF-8 whose first row names its columns: `id`, `text` or `audio` or both, and any
-        of `language`, `voice`, `rate`, `pitch`, `style`, `identity`,
-        `strength`, `life`, `mood` and `edits`.
+        A table parted by commas, semicolons or tabs whose first row names its columns: `id`, `text`
+        or `audio` or both, and any of `language`, `voice`, `rate`, `pitch`, `style`, `identity`,
+        `strength`, `life`, `mood` and `edits`. Other columns are left alone.
     voice : VoiceSettings
         What an empty cell means.
 
@@ -95,22 +99,19 @@ def read_lines(path: str | Path, voice: VoiceSettings) -> list[Line | UnusableLi
     Raises
     ------
     InputError
-        For another file, too many rows, or columns with other names.
+        For another file, too many rows, and columns that are missing or misspelled.
     """
     path = Path(path)
     text = read_text(path, max_bytes=BYTES_MAX, allowed="a CSV of lines")
     found: list[Line | UnusableLine] = []
     seen: dict[str, int] = {}
     try:
-        rows = csv.reader(io.StringIO(text, newline=""))
-        names = [name.strip().lower() for name in next(rows, [])]
-        _check_columns(path, names)
-        for number, row in enumerate(rows, 2):
-            if not any(cell.strip() for cell in row):
-                continue
+        table = DelimitedTable.of(text)
+        _check_columns(path, table.names)
+        for number, row in table.rows():
             if len(found) >= LINES_MAX:
                 raise InputError.about(path, found="too many rows", allowed=f"up to {LINES_MAX}")
-            found.append(_line(number, names, row, voice, seen))
+            found.append(_line(number, table, row, voice, seen))
     except csv.Error as error:
         raise InputError.about(
             path, found=f"not a CSV ({str(error)[:60]})", allowed=",".join(COLUMNS)
@@ -120,28 +121,38 @@ def read_lines(path: str | Path, voice: VoiceSettings) -> list[Line | UnusableLi
     return found
 
 
-def _check_columns(path: Path, names: list[str]) -> None:
-    strange = [name for name in names if name not in COLUMNS]
-    twice = [name for name in names if names.count(name) > 1]
-    missing = "id" not in names or not {"text", "audio"} & set(names)
-    if strange or twice or missing:
-        told = f"column {(strange or twice)[0][:40]!r}" if strange or twice else "columns missing"
+def _check_columns(path: Path, names: Sequence[str]) -> None:
+    """Raise InputError for columns that are missing, there twice, or misspelled; others may be."""
+    twice = [name for name in names if name in COLUMNS and names.count(name) > 1]
+    meant = {
+        name: near[0]
+        for name in names
+        if name not in COLUMNS and (near := get_close_matches(name, COLUMNS, 1, MISSPELLED))
+    }
+    wrong = next((name for name, near in meant.items() if near not in names), "")
+    if twice or wrong or "id" not in names or not {"text", "audio"} & set(names):
+        told = f"column {(twice or [wrong])[0][:40]!r}" + " twice" * bool(twice)
         raise InputError.about(
             path,
-            found=told + (" twice" if twice and not strange else ""),
+            found=told if twice or wrong else f"columns {', '.join(names)[:60] or 'missing'}",
             allowed=f"id, text or audio, and any of {', '.join(COLUMNS[3:])}",
+            remedy=f"{wrong[:40]!r} may be {meant[wrong]!r}" if wrong and not twice else "",
         )
 
 
 def _line(
-    number: int, names: list[str], row: list[str], voice: VoiceSettings, seen: dict[str, int]
+    number: int,
+    table: DelimitedTable,
+    row: list[str],
+    voice: VoiceSettings,
+    seen: dict[str, int],
 ) -> Line | UnusableLine:
-    cells = dict.fromkeys(COLUMNS, "")
-    cells |= {name: cell.strip() for name, cell in zip(names, row, strict=False)}
+    cells = dict.fromkeys(COLUMNS, "") | dict(zip(table.names, row, strict=False))
+    cells["strength"] = table.number_text(cells["strength"])
     name = cells["id"] or f"row {number}"
     try:
-        if len(row) > len(names):
-            raise InputError(f"{len(row)} cells; allowed: {len(names)}")
+        if any(row[len(table.names) :]):
+            raise InputError(f"{len(row)} cells; allowed: {len(table.names)}")
         _check_name(cells["id"])
         before = seen.setdefault(cells["id"].casefold(), number)
         if before != number:

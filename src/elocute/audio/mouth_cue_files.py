@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import unicodedata
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +20,11 @@ LINE_LETTERS, LINES = 42, 2
 CAPTION_S, PAUSE_S, SENTENCE_PAUSE_S = 6.0, 0.6, 0.2
 """A caption ends before it is longer, and at a pause; at a shorter one after a sentence."""
 SENTENCE_ENDS = (".", "!", "?", "…", "。", "！", "？")
+
+JOINERS = ("\u200c", "\u200d")
+"""Persian and Hindi write them within words."""
+MARKS = re.compile(r"[^\w\s]*(?:\s+[!?;:…»”.]+(?=\s|$))?")
+"""Behind a word; French has a space before some."""
 
 
 @dataclass(frozen=True)
@@ -141,28 +148,42 @@ def _captions(sheet: CueSheet) -> list[Label]:
             "captions", found="no words", allowed="a speech whose `text` is known"
         )
     lines: list[Label] = []
-    for start, end, word in as_written(sheet.words, sheet.text):
-        word = " ".join(printable(word).split()).replace("-->", "→")
+    for (start, end, word), space in _written(sheet.words, sheet.text):
+        word = " ".join(caption_text(word).split()).replace("-->", "→")
         if lines and not _ends(lines[-1], start, end, word):
             begun, _, text = lines.pop()
-            start, word = begun, f"{text} {word}"
+            start, word = begun, f"{text}{space}{word}"
         lines.append((start, end, word))
     return [(start, end, _in_lines(text)) for start, end, text in lines]
 
 
+def caption_text(word: str) -> str:
+    """A word as a caption shows it: without soft hyphens and controls, joiners kept."""
+    parts = re.split("([\u200c\u200d])", word.replace("\u00ad", ""))
+    return "".join(part if part in JOINERS else printable(part) for part in parts)
+
+
 def _in_lines(text: str) -> str:
     """A long caption as two lines of about the same length."""
-    if len(text) <= LINE_LETTERS:
+    if _width(text) <= LINE_LETTERS:
         return text
     gaps = [place for place, letter in enumerate(text) if letter == " "]
     middle = min(gaps, key=lambda place: abs(2 * place - len(text)), default=None)
-    return text if middle is None else f"{text[:middle]}\n{text[middle + 1 :]}"
+    if middle is not None:
+        return f"{text[:middle]}\n{text[middle + 1 :]}"
+    middle = next((at for at in range(len(text) // 2, len(text)) if text[at].isalnum()), len(text))
+    return f"{text[:middle]}\n{text[middle:]}".strip() if _width(text) > len(text) else text
+
+
+def _width(text: str) -> int:
+    """How many Latin letters are as wide: a letter of Chinese is two."""
+    return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
 
 
 def _ends(line: Label, start: float, end: float, word: str) -> bool:
     """Whether a caption ends before a word."""
     begun, until, text = line
-    if len(text) + 1 + len(word) > LINES * LINE_LETTERS or end - begun > CAPTION_S:
+    if _width(text) + 1 + _width(word) > LINES * LINE_LETTERS or end - begun > CAPTION_S:
         return True
     pause = SENTENCE_PAUSE_S if text.rstrip("\"'”’»)").endswith(SENTENCE_ENDS) else PAUSE_S
     return start - until >= pause
@@ -170,15 +191,24 @@ def _ends(line: Label, start: float, end: float, word: str) -> bool:
 
 def as_written(words: Sequence[Label], text: str) -> list[Label]:
     """Words with the marks that stand round them in their text; as they are where it lacks them."""
+    return [label for label, _ in _written(words, text)]
+
+
+def _written(words: Sequence[Label], text: str) -> list[tuple[Label, str]]:
+    """Words as `as_written` has them, each with what stands before it: a space or nothing."""
     found, at = [], 0
     for start, end, word in words:
+        space = "" if at and not text[at : at + 1].isspace() else " "
         place = text.find(word, at)
         if place >= 0 and not any(map(str.isalnum, text[at:place])):
-            stop = place + len(word)
-            while stop < len(text) and not text[stop].isspace() and not text[stop].isalnum():
-                stop += 1
+            marks = MARKS.match(text, place + len(word))
+            stop = marks.end() if marks else place + len(word)
             word, at = text[at:stop].strip(), stop
-        found.append((start, end, word))
+        found.append(((start, end, word), space))
+    rest = " ".join(text[at:].split())
+    if at and rest and not any(map(str.isalnum, rest)):
+        (start, end, word), space = found.pop()
+        found.append(((start, end, f"{word} {rest}"), space))
     return found
 
 

@@ -6,34 +6,51 @@ of an SDK spells them in its own way.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from statistics import median
 from typing import Any
 
+from elocute.audio.tier_choice import TierChoice
 from elocute.audio.timed_labels import LABELS_MAX, Label, Labels, seconds_of, until_next
 from elocute.errors import InputError
-from elocute.files.json_records import parse_json
+from elocute.files.json_records import finite_number, parse_json
 
 TICK_S, MILLISECOND_S = 1e-7, 1e-3
 TICKS_LEAST = 5000.0
 """A word of Azure lasts longer in ticks, and shorter in milliseconds."""
+DEPTH_MAX = 12
 ALLOWED = (
-    "visemes of Azure or Polly, or phones and words of MFA, Whisper, Gentle, ElevenLabs, Azure or "
-    "Elocute"
+    "visemes of Azure, Polly or TalkingHead, mouth cues of Rhubarb, or phones and words of "
+    "aligners, speech engines and recognisers, or of Elocute"
 )
+STARTS = ("start", "starts", "starttime", "startts", "startoffset", "begin", "ts", "startms")
+ENDS = ("end", "ends", "endtime", "endts", "endoffset", "endms")
+LENGTHS = ("duration", "durations", "durationms")
+PHONE_KEYS = ("phone", "phoneme")
+LABEL_KEYS = ("word", "text", "label", "value", "content", "punctuatedword")
+FIRST_ONLY = ("alternatives", "nbest", "channels")
+NOT_SAID = frozenset(
+    ["audioevent", "audio_event", "spacing", "punctuation", "punct", "silence", "pause", "noise"]
+)
+TAGS = re.compile(r"\[[^\[\]]{1,80}\]|<[^<>]{1,80}>")
+"""Among letters that are spoken: [laughs] and <break time="1s" /> are not."""
 Record = Mapping[str, Any]
 
 
-def parse_json_times(text: str) -> Labels:
-    """Labels of a JSON text, whoever wrote it. Raises InputError."""
-    value = _value(text)
-    if isinstance(value, list):
-        return _from_events([_plain(each) for each in value])
-    record = _plain(value)
+def parse_json_times(text: str, choice: TierChoice | None = None) -> Labels:
+    """Labels of a JSON text, whoever wrote it; `choice` says which tier. Raises InputError."""
+    value, choice = _value(text), choice or TierChoice()
+    record = None if isinstance(value, list) else _plain(value)
+    if record is not None and "tiers" in record:
+        return _mfa(record, choice)
+    choice.check_unused()
+    if record is None:
+        return _from_list(value)
     for key, parse in PARSERS.items():
-        if key in record:
+        if record.get(key) is not None:
             return parse(record)
-    return _from_events([record])
+    return _from_events([record], value)
 
 
 def _value(text: str) -> Any:
@@ -53,23 +70,120 @@ def _plain(value: Any) -> Record:
     """A record with plain keys. Raises InputError for anything else."""
     if not isinstance(value, dict):
         raise InputError(f"JSON of a {type(value).__name__}; allowed: {ALLOWED}")
-    return {str(key).lower().replace("_", ""): inner for key, inner in value.items()}
+    return {
+        str(key).lower().replace("_", "").removeprefix("priv"): inner
+        for key, inner in value.items()
+    }
 
 
-def _from_events(events: Sequence[Record]) -> Labels:
-    """Events, each a record of its own."""
+def _from_list(values: list[Any]) -> Labels:
+    """A list of events, or of the parts of a stream."""
+    if values and all(_is_pair(value) for value in values):
+        pairs = [(number * MILLISECOND_S, str(viseme)) for number, viseme in values]
+        return Labels(phones=until_next(pairs), alphabet="azure")
+    if values and all(isinstance(value, list) for value in values):
+        found = _anywhere(values)
+        if found.words:
+            return found
+    events = [_plain(each) for each in values]
+    if any("alignment" in event or "normalizedalignment" in event for event in events):
+        return _letters(events)
+    if any("wordtimestamps" in event or "phonemetimestamps" in event for event in events):
+        return _cartesia(events)
+    return _from_events(events, values)
+
+
+def _is_pair(value: Any) -> bool:
+    """Whether a value is a time in ms and the id of one of Azure's visemes."""
+    if not isinstance(value, list) or len(value) != 2:
+        return False
+    at = finite_number(value[0])
+    return at is not None and at >= 0 and type(value[1]) is int
+
+
+def _from_events(events: Sequence[Record], values: Any) -> Labels:
+    """Events, each a record of its own; `values` are the same as they stand in the file."""
     if not events or len(events) > LABELS_MAX:
         raise InputError(f"{len(events)} events; allowed: 1 to {LABELS_MAX}")
     if any("visemeid" in event for event in events):
         return _azure_visemes(events)
+    if any("blendshapes" in event or "facsnames" in event for event in events):
+        raise InputError(f"blend shapes, which are curves of a face; allowed: {ALLOWED}")
     if all("time" in event and "type" in event for event in events):
         return _polly(events)
     if all("audiooffset" in event and ("text" in event or "word" in event) for event in events):
         return _azure_words(events)
-    if all("start" in event and "end" in event for event in events):
-        return Labels(words=[_word(event) for event in events])
+    found = _anywhere(values)
+    if found.phones or found.words:
+        return found
     shown = ", ".join(list(events[0])[:6])
     raise InputError(f"records of {shown[:60]}; allowed: {ALLOWED}")
+
+
+def _anywhere(value: Any, depth: int = 0) -> Labels:
+    """Records of a start, an end and a label, wherever they stand; the innermost ones."""
+    found = Labels()
+    if depth > DEPTH_MAX:
+        return found
+    if isinstance(value, list):
+        if label := _triple(value):
+            found.words.append(label)
+            return found
+        parts = [_anywhere(each, depth + 1) for each in value]
+    elif isinstance(value, dict):
+        record = _plain(value)
+        if record.get("type") in NOT_SAID:
+            return found
+        parts = [_anywhere(_first(key, inner), depth + 1) for key, inner in record.items()]
+        if not any(part.phones or part.words for part in parts):
+            return _timed(record)
+    else:
+        return found
+    for part in parts:
+        found.phones.extend(part.phones)
+        found.words.extend(part.words)
+        found.notes.extend(note for note in part.notes if note not in found.notes)
+    if isinstance(value, dict) and len(_plain(value).get("channels") or ()) > 1:
+        found.notes.append("of several channels the first is taken")
+    return found
+
+
+def _triple(value: list[Any]) -> Label | None:
+    """[word, start, end] or [start, end, word]; None for any other list."""
+    texts = [each for each in value if isinstance(each, str)]
+    numbers = [number for each in value if (number := finite_number(each)) is not None]
+    if len(value) != 3 or len(texts) != 1 or len(numbers) != 2 or min(numbers) < 0:
+        return None
+    return numbers[0], numbers[1], texts[0].strip()
+
+
+def _first(key: str, inner: Any) -> Any:
+    """What is read of a value: of guesses and channels the first, of tokens none."""
+    if key == "tokens":
+        return None
+    return inner[:1] if key in FIRST_ONLY and isinstance(inner, list) else inner
+
+
+def _timed(record: Record) -> Labels:
+    """The one label of a record; none where it lacks a time or a label."""
+    span, offsets = record.get("timestamp"), record.get("offsets")
+    if isinstance(span, list) and len(span) == 2:  # transformers
+        record = {**record, "start": span[0], "end": span[1]}
+    elif isinstance(offsets, dict):  # whisper.cpp
+        record = {**record, "startms": offsets.get("from"), "endms": offsets.get("to")}
+    elif isinstance(record.get("time"), dict):  # Hume
+        record = {**record, **_plain(record["time"])}
+    if not isinstance(record.get(_key(record, PHONE_KEYS + LABEL_KEYS)), str):
+        guesses = record.get("alternatives")
+        first = guesses[0] if isinstance(guesses, list) and guesses else None
+        record = {**record, **(_plain(first) if isinstance(first, dict) else {})}
+    label = record.get(_key(record, PHONE_KEYS + LABEL_KEYS))
+    if any(record.get(_key(record, keys)) is None for keys in (STARTS, (*ENDS, *LENGTHS))):
+        return Labels()
+    if not isinstance(label, str):
+        return Labels()
+    found = [_word(record)]
+    return Labels(phones=found) if _key(record, PHONE_KEYS) else Labels(words=found)
 
 
 def _azure_visemes(events: Sequence[Record]) -> Labels:
@@ -129,21 +243,16 @@ def _ticks(record: Record, name: str) -> Label:
     return start, start + length, _text(record.get(name))
 
 
-def _mfa(record: Record) -> Labels:
+def _mfa(record: Record, choice: TierChoice) -> Labels:
     """MFA's JSON: tiers of entries [begin, end, label]."""
     tiers = record["tiers"]
     if not isinstance(tiers, dict):
         raise InputError(f"tiers of a {type(tiers).__name__}; allowed: {ALLOWED}")
-    found = Labels()
-    for kind, labels in (("phone", found.phones), ("word", found.words)):
-        named = [name for name in tiers if kind in str(name).lower()]
-        if len(named) > 1:
-            raise InputError.about("tiers", found=", ".join(named[:5]), allowed="one speaker's")
-        for name in named:
-            tier = _plain(tiers[name])
-            for entry in _list(tier.get("entries")):
-                labels.append(_entry(entry))
-    return found
+    named = [
+        (str(name), [_entry(each) for each in _list(_plain(tier).get("entries"))])
+        for name, tier in tiers.items()
+    ]
+    return choice.labels(named, lambda labels: Labels(words=labels))
 
 
 def _entry(entry: Any) -> Label:
@@ -159,26 +268,34 @@ def _segments(record: Record) -> Labels:
     words = [
         _word(word)
         for segment in _records(record["segments"])
-        for word in _records(segment.get("words", []))
+        for word in _records(segment.get("words") or [])
         if "start" in word
     ]
-    if not words:
+    if words:
+        return Labels(words=words)
+    for key in ("words", "wordsegments"):
+        if record.get(key):
+            return _words({"words": record[key]})
+    phrases = _anywhere(record["segments"]).words
+    if not phrases:
         raise InputError(
             "segments without words; allowed: word timestamps; make them with the words"
         )
-    return Labels(words=words)
+    return Labels(words=phrases, notes=["words are looked for within the times of their segments"])
 
 
 def _words(record: Record) -> Labels:
-    """Elocute, Whisper and Gentle: a list of words; Gentle's with phones and their durations."""
+    """A list of words of an engine or recogniser; Gentle's with phones and their durations."""
+    if _is_texts(record["words"]):
+        return Labels(words=_columns(record, "words", ("wtimes", "wdurations")))
     found = Labels()
     for word in _records(record["words"]):
-        start = word.get("starts", word.get("start"))
-        if start is None:  # Gentle did not find it
+        start = word.get(_key(word, STARTS))
+        if start is None or word.get("type") in NOT_SAID:  # Gentle did not find it
             continue
         found.words.append(_word(word))
-        at = seconds_of(start, "start of a word")
-        for phone in _records(word.get("phones", [])):
+        at = seconds_of(_number(start), "start of a word")
+        for phone in _records(word.get("phones") or []):
             length = seconds_of(phone.get("duration"), "duration of a phone")
             if "start" in phone:
                 at = seconds_of(phone["start"], "start of a phone")
@@ -187,44 +304,160 @@ def _words(record: Record) -> Labels:
     return found
 
 
-def _phones(record: Record) -> Labels:
-    """Elocute: a list of phones, where words are not known."""
-    return Labels(phones=[_phone(each) for each in _records(record["phones"])])
+def _phones(key: str) -> Callable[[Record], Labels]:
+    """A list of phones: Elocute's where words are not known, Piper's."""
+
+    def parse(record: Record) -> Labels:
+        if _is_texts(record[key]):
+            return Labels(phones=_columns(record, key, ("start", "end")))
+        return Labels(phones=[_word(each) for each in _records(record[key])])
+
+    return parse
 
 
-def _phone(record: Record) -> Label:
-    start = seconds_of(record.get("start"), "start of a phone")
-    return start, seconds_of(record.get("end"), "end of a phone"), _text(record.get("phone"))
+def _visemes(record: Record) -> Labels:
+    """TalkingHead: names of Oculus's visemes, with times and durations in ms."""
+    rows = _columns(record, "visemes", ("vtimes", "vdurations"))
+    phones = [(start, end, name.removeprefix("viseme_")) for start, end, name in rows]
+    return Labels(phones=phones, alphabet="oculus")
 
 
-def _characters(record: Record) -> Labels:
-    """ElevenLabs: letters with start and end; spaces part words."""
-    inner = _plain(record["alignment"]) if "alignment" in record else record
-    letters = [_text(each) for each in _list(inner.get("characters"))]
-    starts = _list(inner.get("characterstarttimesseconds"))
-    ends = _list(inner.get("characterendtimesseconds"))
-    if not len(letters) == len(starts) == len(ends):
+def _mouth_cues(record: Record) -> Labels:
+    """Rhubarb: start, end and the letter of a picture."""
+    return Labels(phones=[_word(cue) for cue in _records(record["mouthcues"])], alphabet="rhubarb")
+
+
+def _voicevox(record: Record) -> Labels:
+    """VOICEVOX: lengths of consonants and vowels in s, at a speed of 1."""
+    speed = finite_number(record.get("speedscale", 1.0)) or 1.0
+    at = seconds_of(record.get("prephonemelength", 0.0), "silence before", 1 / speed)
+    found = Labels(alphabet="romaji")
+    for phrase in _records(record["accentphrases"]):
+        moras = _list(phrase.get("moras"))
+        for mora in map(_plain, [*moras, *filter(None, [phrase.get("pausemora")])]):
+            for kind in ("consonant", "vowel"):
+                if mora.get(kind) is None:
+                    continue
+                end = at + seconds_of(mora.get(f"{kind}length"), f"length of a {kind}", 1 / speed)
+                found.phones.append((at, end, _text(mora[kind])))
+                at = end
+    return found
+
+
+def _cartesia(events: Iterable[Record]) -> Labels:
+    """Cartesia: words and phones as columns of labels, starts and ends."""
+    found = Labels()
+    for event in events:
+        for key, kind, labels in (
+            ("phonemetimestamps", "phonemes", found.phones),
+            ("wordtimestamps", "words", found.words),
+        ):
+            if event.get(key) is not None:
+                labels.extend(_columns(_plain(event[key]), kind, ("start", "end")))
+    return found
+
+
+def _columns(record: Record, kind: str, times: tuple[str, str]) -> list[Label]:
+    """Labels, starts, and ends or durations, each a list of its own."""
+    labels, starts, lasts = (_list(record.get(key)) for key in (kind, *times))
+    if not len(labels) == len(starts) == len(lasts):
         raise InputError(
-            f"{len(letters)} letters, {len(starts)} starts and {len(ends)} ends; allowed: as many"
+            f"{len(labels)} {kind}, {len(starts)} {times[0]} and {len(lasts)} {times[1]}; "
+            "allowed: as many"
         )
+    in_ms = times[1].endswith("durations")
+    unit = MILLISECOND_S if in_ms else 1.0
+    found = []
+    for label, begin, last in zip(labels, starts, lasts, strict=True):
+        start, end = (
+            seconds_of(each, f"time of one of the {kind}", unit) for each in (begin, last)
+        )
+        found.append((start, start + end if in_ms else end, _text(label)))
+    return found
+
+
+def _letters(records: Sequence[Record]) -> Labels:
+    """ElevenLabs: letters with their times, as they were spoken where that is told; spaces part
+    words. Of a stream each part may count from its own begin."""
+    letters: list[Label] = []
+    notes = []
+    for record in records:
+        inner = _spoken_letters(record)
+        after = letters[-1][1] if letters else 0.0
+        shift = after if inner and inner[0][0] < after - MILLISECOND_S else 0.0
+        if shift and not notes:
+            notes.append("times of a stream's parts were taken to begin where the part before ends")
+        letters += [(start + shift, end + shift, letter) for start, end, letter in inner]
+    written = "".join(letter if len(letter) == 1 else "\0" for _, _, letter in letters)
+    unsaid = {at for match in TAGS.finditer(written) for at in range(*match.span())}
+    letters = [(a, b, " " if at in unsaid else c) for at, (a, b, c) in enumerate(letters)]
     words: list[Label] = []
-    word, begin, end = "", 0.0, 0.0
-    for letter, start_s, end_s in zip([*letters, " "], [*starts, 0], [*ends, 0], strict=True):
+    word, begin, until = "", 0.0, 0.0
+    for start, end, letter in [*letters, (0.0, 0.0, " ")]:
         if not letter.strip():
             if word:
-                words.append((begin, end, word))
+                words.append((begin, until, word))
             word = ""
             continue
-        begin = begin if word else seconds_of(start_s, "start of a letter")
-        word, end = word + letter, seconds_of(end_s, "end of a letter")
-    return Labels(words=words)
+        begin = begin if word else start
+        word, until = word + letter, end
+    return Labels(words=words, notes=notes)
+
+
+def _spoken_letters(record: Record) -> list[Label]:
+    """The letters of one part, in s of it; none for a part without them."""
+    inner = record.get("normalizedalignment") or record.get("alignment")
+    if inner is None:
+        inner = record if "characters" in record else {}
+    inner = _plain(inner)
+    in_ms = "chars" in inner
+    keys = ("chars", "charstarttimesms", "chardurationsms")
+    if not in_ms:
+        keys = ("characters", "characterstarttimesseconds", "characterendtimesseconds")
+    if keys[0] not in inner:
+        return []
+    letters, starts, lasts = (_list(inner.get(key)) for key in keys)
+    if not len(letters) == len(starts) == len(lasts):
+        raise InputError(
+            f"{len(letters)} letters, {len(starts)} starts and {len(lasts)} ends; allowed: as many"
+        )
+    unit = MILLISECOND_S if in_ms else 1.0
+    found = []
+    for letter, begin, last in zip(letters, starts, lasts, strict=True):
+        start, end = (seconds_of(each, "time of a letter", unit) for each in (begin, last))
+        if not isinstance(letter, str):
+            raise InputError(f"label {str(letter)[:40]}; allowed: text")
+        found.append((start, start + end if in_ms else end, letter))
+    return found
 
 
 def _word(record: Record) -> Label:
-    start = seconds_of(record.get("starts", record.get("start")), "start of a word")
-    end = seconds_of(record.get("ends", record.get("end")), "end of a word")
-    named = next((key for key in ("word", "text", "label", "value") if key in record), "")
-    return start, end, _text(record.get(named))
+    """A record's label with its times."""
+    kind = "phone" if _key(record, PHONE_KEYS) else "word"
+    lengths = LENGTHS if not _key(record, ENDS) else ()
+    times = []
+    for keys, what in ((STARTS, "start"), ((*ENDS, *lengths), "end")):
+        key = _key(record, keys)
+        unit = MILLISECOND_S if key.endswith("ms") else 1.0
+        times.append(seconds_of(_number(record.get(key)), f"{what} of a {kind}", unit))
+    end = times[0] + times[1] if _key(record, lengths) else times[1]
+    return times[0], end, _text(record.get(_key(record, (*PHONE_KEYS, *LABEL_KEYS))))
+
+
+def _key(record: Record, keys: Iterable[str]) -> str:
+    """The first of some keys that a record has; "" where it has none."""
+    return next((key for key in keys if key in record), "")
+
+
+def _number(value: Any) -> Any:
+    """A time in text, as 1.25 or 1.25s, as a number."""
+    if isinstance(value, str) and re.fullmatch(r"\d{1,9}(\.\d{1,12})?s?", value):
+        return float(value.rstrip("s"))
+    return value
+
+
+def _is_texts(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(each, str) for each in value)
 
 
 def _list(value: Any) -> list[Any]:
@@ -245,12 +478,18 @@ def _text(value: Any) -> str:
 
 
 PARSERS: dict[str, Callable[[Record], Labels]] = {
-    "tiers": _mfa,
     "nbest": _azure_assessment,
     "segments": _segments,
+    "visemes": _visemes,
+    "mouthcues": _mouth_cues,
+    "accentphrases": _voicevox,
+    "phonemetimestamps": lambda record: _cartesia([record]),
+    "wordtimestamps": lambda record: _cartesia([record]),
+    "normalizedalignment": lambda record: _letters([record]),
+    "alignment": lambda record: _letters([record]),
     "words": _words,
-    "phones": _phones,
-    "alignment": _characters,
-    "characters": _characters,
+    "phones": _phones("phones"),
+    "phonemes": _phones("phonemes"),
+    "characters": lambda record: _letters([record]),
 }
-"""Records of one value, by the key that only they have."""
+"""Records of one value, by the key that only they have; the first that is there."""

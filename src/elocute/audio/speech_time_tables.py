@@ -3,57 +3,124 @@
 from __future__ import annotations
 
 import csv
-import io
 import math
+import re
+from collections.abc import Callable
 
+from elocute.audio.tier_choice import TierChoice
 from elocute.audio.timed_labels import LABELS_MAX, Label, Labels
 from elocute.errors import InputError
+from elocute.files.delimited import DelimitedTable
 
-PHONES = ("start_s", "end_s", "phone")
-WORDS = ("start_s", "end_s", "word")
-MFA = ("begin", "end", "label", "type")
-COLUMNS = f"{','.join(PHONES)}, {','.join(WORDS)}, or MFA's Begin,End,Label,Type,Speaker"
+HEAD_MAX = 4000
+_CTM_LINE = re.compile(r"\S+\s+\S+\s+[\d.]+\s+[\d.]+\s+\S")
+COLUMNS = "start_s,end_s,phone, start_s,end_s,word, or MFA's Begin,End,Label,Type,Speaker"
 CTM = "lines of recording, channel, start, duration and label"
+# Names of columns as aligners, Praat, pandas and people write them; others are left alone.
+_STARTS = (
+    "start_s",
+    "start",
+    "begin",
+    "start_time",
+    "onset",
+    "xmin",
+    "tmin",
+    "begin_s",
+    "start_ms",
+)
+_ENDS = ("end_s", "end", "stop", "end_time", "xmax", "tmax", "stop_s", "end_ms")
+_LENGTHS = ("duration_s", "duration", "dur", "length", "duration_ms")
+_PHONES = ("phone", "phoneme", "phones", "segment")
+_WORDS = ("word", "token", "words")
+_LABELS = (*_PHONES, *_WORDS, "label", "text", "value")
+_TIERS = ("type", "tier", "tier_name")
 
 
-def parse_csv(text: str) -> Labels:
-    """Phones or words of a table with a first row of names. Raises InputError naming the row."""
-    found = Labels()
-    speakers: set[str] = set()
+def has_columns(text: str) -> bool:
+    """Whether a text is a table whose first line names its columns."""
+    first = text.lstrip().partition("\n")[0]
+    if first.startswith(";;") or _CTM_LINE.match(first):
+        return False
+    if "," in first:
+        return True
+    names = DelimitedTable.of(text[:HEAD_MAX]).names
+    return len(names) > 2 and any(name in names for name in _STARTS)
+
+
+def parse_csv(text: str, choice: TierChoice, sorted_out: Callable[[list[Label]], Labels]) -> Labels:
+    """Phones or words of a table with a first row of names.
+
+    Parameters
+    ----------
+    text : str
+        The table: start, end or duration, and label; also a tier (MFA's Type) and a speaker.
+    choice : TierChoice
+        The wanted tier and speaker.
+    sorted_out : callable
+        Says whether labels are phones or words where no name does.
+
+    Returns
+    -------
+    Labels
+
+    Raises
+    ------
+    InputError
+        For another table, naming the row and the column.
+    """
+    tiers: dict[str, list[Label]] = {}
+    speakers: dict[str, None] = {}
+    wanted = choice.speaker.strip().lower()
     try:
-        rows = csv.reader(io.StringIO(text, newline=""))
-        names = [name.strip().lower() for name in next(rows, [])]
-        kind = _kind(names)
-        for number, row in enumerate(rows, 2):
-            if not row:
-                continue
+        table = DelimitedTable.of(text)
+        start, end, length, kind = map(_column(table.names), (_STARTS, _ENDS, _LENGTHS, _LABELS))
+        tier, speaker = map(_column(table.names), (_TIERS, ("speaker",)))
+        if not start or not kind or not (end or length):
+            shown = ",".join(table.names[:20])[:80] or "missing"
+            raise InputError.about(f"first row {shown}", found="no known names", allowed=COLUMNS)
+        for number, row in table.rows():
             _count(number)
-            if len(row) < len(kind):
-                raise _fault(number, row)
-            start, end = _number(row[0]), _number(row[1])
-            if start is None or end is None or not 0 <= start <= end:
-                raise _fault(number, row)
-            label = (start, end, row[2].strip())
-            if kind == MFA:
-                speakers.add(row[4].strip() if len(row) > 4 else "")
-                is_phone = row[3].strip().lower().startswith("phone")
-            else:
-                is_phone = kind == PHONES
-            (found.phones if is_phone else found.words).append(label)
+            cells = dict(zip(table.names, row, strict=False))
+            begun = _seconds(table, cells, start, number)
+            until = _seconds(table, cells, end or length, number)
+            until = until if end else begun + until
+            if until < begun or kind not in cells:
+                shown = table.delimiter.join(row[:4])[:60]
+                raise InputError.about(
+                    f"row {number}", found=shown, allowed=f"0 <= start <= end; {COLUMNS}"
+                )
+            said_by = cells.get(speaker, "")
+            if wanted and said_by.lower() != wanted:
+                continue
+            speakers[said_by] = None
+            tiers.setdefault(cells.get(tier, kind), []).append((begun, until, cells[kind]))
     except csv.Error as error:
         raise InputError(f"not a CSV ({str(error)[:60]}); allowed: {COLUMNS}") from error
     if len(speakers) > 1:
-        named = ", ".join(sorted(speakers)[:5])
-        raise InputError.about("speakers", found=named, allowed="one in a file")
-    return found
+        raise InputError.about(
+            "speakers",
+            found=", ".join([*speakers][:5]),
+            allowed="one in a file",
+            remedy="name one with `speaker`",
+        )
+    return TierChoice(choice.tier).labels([*tiers.items()], sorted_out)
 
 
-def _kind(names: list[str]) -> tuple[str, ...]:
-    """Which table it is. Raises InputError."""
-    for kind in (PHONES, WORDS, MFA):
-        if tuple(names[: len(kind)]) == kind and (kind == MFA or len(names) == 3):
-            return kind
-    raise InputError(f"first row {','.join(names[:20])[:80] or 'missing'}; allowed: {COLUMNS}")
+def _column(names: tuple[str, ...]) -> Callable[[tuple[str, ...]], str]:
+    """Finds the first of some names among those of a table; "" where there is none."""
+    return lambda known: next((name for name in known if name in names), "")
+
+
+def _seconds(table: DelimitedTable, cells: dict[str, str], column: str, number: int) -> float:
+    cell = cells.get(column, "")
+    value = _number(table.number_text(cell))
+    if value is None or value < 0:
+        raise InputError.about(
+            f"row {number}, column {column}",
+            found=repr(cell[:40]),
+            allowed=f"a time from 0; {COLUMNS}",
+        )
+    return value / 1000 if column.endswith("_ms") else value
 
 
 def parse_ctm(text: str, stem: str = "") -> list[Label]:
@@ -93,8 +160,3 @@ def _number(text: str) -> float | None:
 def _count(number: int) -> None:
     if number > LABELS_MAX:
         raise InputError(f"more than {LABELS_MAX} rows; allowed: fewer")
-
-
-def _fault(number: int, row: list[str]) -> InputError:
-    shown = ",".join(cell[:60] for cell in row[:4])[:60]
-    return InputError.about(f"row {number}", found=shown, allowed=f"0 <= start <= end; {COLUMNS}")

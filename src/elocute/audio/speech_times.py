@@ -1,7 +1,7 @@
 """Times of phones or words from a file, whatever program wrote it.
 
-Known are TextGrid (Praat, MFA, WebMAUS), CTM (Kaldi, NeMo), CSV (start_s,end_s,phone, and MFA's),
-visemes of Azure and Amazon Polly, and JSON of MFA, Whisper, Gentle, ElevenLabs, Azure and Elocute.
+Known are TextGrid (Praat, MFA, WebMAUS, SPPAS), tables and lines (CTM, CSV, MBROLA, labels, mouth
+cues), captions (.srt, .vtt), and JSON of speech engines, recognisers and aligners.
 """
 
 from __future__ import annotations
@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from statistics import median
 
+from elocute.audio.captions import is_captions, words_of_captions
 from elocute.audio.phone_symbols import (
     ALPHABETS,
     PROLONGS,
@@ -20,32 +22,38 @@ from elocute.audio.phone_symbols import (
     phone_of,
 )
 from elocute.audio.speech_marks import parse_json_times
-from elocute.audio.speech_time_tables import parse_csv, parse_ctm
-from elocute.audio.textgrid import parse_tiers
+from elocute.audio.speech_time_lines import parse_cue_xml, parse_lines
+from elocute.audio.speech_time_tables import has_columns, parse_csv, parse_ctm
+from elocute.audio.textgrid import TextGridInterval, parse_tiers
+from elocute.audio.tier_choice import TierChoice
 from elocute.audio.timed_labels import BYTES_MAX, Label, Labels
 from elocute.errors import InputError
-from elocute.files.reading import read_bytes
+from elocute.files.reading import decoded_text, read_bytes
 
-ALLOWED = "times of phones or words: TextGrid, CTM, CSV, or JSON of a speech engine"
+ALLOWED = "times of phones or words: TextGrid, CTM, CSV, captions, or JSON of a speech engine"
 AUTO = "auto"
 OVERLAP_MAX_S = 0.05
 """Phones that overlap by no more meet in the middle."""
 GAP_MAX_S = 0.02
 """A shorter gap is a matter of rounding, and belongs to the phone before."""
+ROUNDING_S = 0.05
+"""By so much labels may begin before the sound."""
 BEYOND_MAX_S = 0.25
 """Past the end of the sound, phones are cut; further than this they belong to another sound."""
 STRANGE_SHARE = 0.2
 """Of the labels of a tier, beyond which they are taken for words."""
+UNKNOWN_SHARE = 0.5
+"""Of the symbols of a file: where an alphabet lacks more, it is another one."""
+PHONE_MAX_S, PHRASE_MAX_S = 5.0, 40.0
+"""Where the median phone, or word or phrase, lasts longer, its times are no seconds."""
 FASTEST = 60.0
 """Phones in a second, beyond which times are in another unit."""
-PHONE_TIERS = ("phone", "segment", "mau", "sampa", "ipa", "kan")
-WORD_TIERS = ("word", "ort", "token")
 NAMED_MAX = 5
 
 
 @dataclass(frozen=True)
 class SpeechTimes:
-    """Phones of a speech with their times; or, where a file has no phones, its words.
+    """Phones of a speech with their times, and its words; one of the two may be missing.
 
     Parameters
     ----------
@@ -54,7 +62,7 @@ class SpeechTimes:
     unknown : tuple of (float, float)
         Start and end in s of stretches in which something is spoken, nobody says what.
     words : tuple of (float, float, str)
-        Start in s, end in s and word, where there are no phones.
+        Start in s, end in s and word, where known.
     alphabet : str
         How the phones were written; "" for words.
     notes : tuple of str
@@ -103,7 +111,14 @@ class SpeechTimes:
         return [f"{late} {what} end after the sound, and are cut"] if late > 1 else []
 
 
-def read_speech_times(path: str | Path, alphabet: str = AUTO, stem: str = "") -> SpeechTimes:
+def read_speech_times(
+    path: str | Path,
+    alphabet: str = AUTO,
+    stem: str = "",
+    *,
+    tier: str = "",
+    speaker: str = "",
+) -> SpeechTimes:
     """Read times of phones, or of words, from a file.
 
     Parameters
@@ -111,10 +126,14 @@ def read_speech_times(path: str | Path, alphabet: str = AUTO, stem: str = "") ->
     path : str or Path
         The file; what it holds says which format it has.
     alphabet : str
-        How its phones are written: arpabet, ipa, x-sampa or espeak; "auto" takes the one that knows
-        them.
+        How its phones are written: arpabet, ipa, x-sampa, espeak, pinyin or romaji; "auto" takes
+        the one that knows them.
     stem : str
         The recording, where a CTM file holds several: the name of its sound without suffix.
+    tier : str
+        The tier to take, by its name or its number from 1.
+    speaker : str
+        Whose tiers to take, where a file has those of several.
 
     Returns
     -------
@@ -132,127 +151,154 @@ def read_speech_times(path: str | Path, alphabet: str = AUTO, stem: str = "") ->
         )
     data = read_bytes(path, max_bytes=BYTES_MAX, allowed=ALLOWED)
     try:
-        labels = _labels(data, stem)
+        labels = _in_seconds(_labels(data, stem, TierChoice(tier, speaker)))
         return _phones_of(labels, alphabet) if labels.phones else _words_of(labels)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 
 
-def _labels(data: bytes, stem: str) -> Labels:
+def _labels(data: bytes, stem: str, choice: TierChoice) -> Labels:
     """What a file holds, by what it begins with."""
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff") or b"ooTextFile" in data[:200]:
-        return _tiers(data)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"byte {error.start} is not UTF-8; allowed: {ALLOWED}") from None
+    if data.startswith(b"ooBinaryFile"):
+        raise InputError.about(
+            "TextGrid",
+            found="a binary one",
+            allowed="text",
+            remedy="save it as a text file in Praat",
+        )
+    text = decoded_text(data, "text", allowed=ALLOWED)
     start = text.lstrip()[:1]
     if not start:
         raise InputError(f"an empty file; allowed: {ALLOWED}")
+    if "ooTextFile" in text[:200]:
+        tiers, _ = parse_tiers(data)
+        named = [(name, _rows(rows or ())) for name, rows in tiers]  # points are no stretches
+        return choice.labels(named, _sorted_out)
     if start in "[{":
-        return parse_json_times(text)
-    first = next(line for line in text.splitlines() if line.strip())
-    if "," in first and not first.startswith(";;"):
-        return parse_csv(text)
-    return _sorted_out(parse_ctm(text, stem))
+        return parse_json_times(text, choice)
+    lines = None if start == "<" else parse_lines(text)
+    if lines is None and start != "<" and not is_captions(text) and has_columns(text):
+        return parse_csv(text, choice, _sorted_out)
+    choice.check_unused()
+    if start == "<":
+        return parse_cue_xml(text)
+    if is_captions(text):
+        return Labels(words=words_of_captions(text))
+    return lines or _sorted_out(parse_ctm(text, stem))
 
 
-def _tiers(data: bytes) -> Labels:
-    """The tier of phones, else that of words, else the only one."""
-    tiers, _ = parse_tiers(data)
-    filled = {
-        name: [(row.start_s, row.end_s, row.text) for row in rows]
-        for name, rows in tiers
-        if rows and any(row.text.strip() for row in rows)
-    }
-    for kinds, make in ((PHONE_TIERS, _of_phones), (WORD_TIERS, _of_words)):
-        named = [name for name in filled if any(kind in name.lower() for kind in kinds)]
-        if len(named) == 1:
-            return make(filled[named[0]])
-        if named:
-            raise InputError.about(
-                "tiers", found=", ".join(map(repr, named[:NAMED_MAX])), allowed="one speaker's"
-            )
-    if len(filled) == 1:
-        return _sorted_out(next(iter(filled.values())))
-    told = ", ".join(repr(name[:40]) for name, _ in tiers[:NAMED_MAX]) or "none"
-    raise InputError.about("tiers", found=told, allowed="one called phones or words")
+def _in_seconds(labels: Labels) -> Labels:
+    """Labels whose times are taken for milliseconds where they can be no seconds."""
+    spans = [end - start for start, end, text in labels.phones or labels.words if text]
+    if not spans or median(spans) <= (PHONE_MAX_S if labels.phones else PHRASE_MAX_S):
+        return labels
+    phones, words = (
+        [(start / 1000, end / 1000, text) for start, end, text in kind]
+        for kind in (labels.phones, labels.words)
+    )
+    notes = [*labels.notes, "times were taken for milliseconds"]
+    return Labels(phones=phones, words=words, alphabet=labels.alphabet, notes=notes)
 
 
-def _of_phones(labels: list[Label]) -> Labels:
-    return Labels(phones=labels)
-
-
-def _of_words(labels: list[Label]) -> Labels:
-    return Labels(words=labels)
+def _rows(rows: Iterable[TextGridInterval]) -> list[Label]:
+    return [(row.start_s, row.end_s, row.text) for row in rows]
 
 
 def _sorted_out(labels: list[Label]) -> Labels:
     """Labels of which nobody says whether they are phones or words."""
     _, strange = alphabet_of(text for _, _, text in labels)
     known = {text for _, _, text in labels}
-    return _of_words(labels) if len(strange) > STRANGE_SHARE * len(known) else _of_phones(labels)
+    is_words = len(strange) > STRANGE_SHARE * len(known)
+    return Labels(words=labels) if is_words else Labels(phones=labels)
 
 
 def _words_of(labels: Labels) -> SpeechTimes:
-    words = [label for label in _in_order(labels.words, "word") if any(map(str.isalnum, label[2]))]
-    spoken = [
-        label for label in words if phone_of(label[2].lower(), "polly") not in (REST, SPOKEN_NOISE)
-    ]
+    spoken = _spoken_words(labels)
     if not spoken:
         raise InputError(f"no phones and no words; allowed: {ALLOWED}")
+    return SpeechTimes(words=tuple(spoken), notes=tuple(labels.notes))
+
+
+def _spoken_words(labels: Labels) -> list[Label]:
+    """The words that are said. Raises InputError for those that cannot be shown."""
+    from elocute.audio.text_words import words_of_text
+
+    labelled = _in_order(labels.words, "word")
+    spoken = [
+        (start, end, part)
+        for start, end, label in labelled
+        if phone_of(label.lower(), "polly") not in (REST, SPOKEN_NOISE)
+        for part in ([word.text for word in words_of_text(label)] if " " in label else [label])
+        if any(map(str.isalnum, part))
+    ]
     for _, _, word in spoken:
         if not word.isprintable() or len(word) > 120:
             raise InputError.about("word", found=repr(word[:40]), allowed="printable words")
-    return SpeechTimes(words=tuple(spoken))
+    return spoken
 
 
 def _phones_of(labels: Labels, alphabet: str) -> SpeechTimes:
-    symbols = [text for _, _, text in labels.phones]
+    symbols = list(dict.fromkeys(text for _, _, text in labels.phones))
     chosen = labels.alphabet or alphabet
-    strange: list[str] = []
     if chosen == AUTO:
-        chosen, strange = alphabet_of(symbols)
-    else:
-        strange = [each for each in dict.fromkeys(symbols) if phone_of(each, chosen) is None]
-    if strange:
-        raise InputError.about(
-            f"symbol {strange[0][:40]!r}",
-            found=f"unknown in {chosen}, the alphabet that fits best"
-            if not labels.alphabet and alphabet == AUTO
-            else f"unknown in {chosen}",
-            allowed="nearest are " + ", ".join(nearest_symbols(strange[0], chosen)),
-            remedy=f"{len(strange)} symbols are unknown: "
-            + ", ".join(repr(each[:20]) for each in strange[:NAMED_MAX])
-            if len(strange) > 1
-            else "",
-        )
+        chosen, _ = alphabet_of(symbols)
+    strange = [each for each in symbols if phone_of(each, chosen) is None]
+    if len(strange) > UNKNOWN_SHARE * len(symbols):
+        raise _all_strange(strange, chosen, guessed=chosen not in (labels.alphabet, alphabet))
     phones: list[Label] = []
     for start, end, text in _in_order(labels.phones, "phone"):
-        phone = phone_of(text, chosen)
-        if phone == PROLONGS and phones:
+        names = phone_of(text, chosen)
+        if names == PROLONGS and phones:
             phones[-1] = (phones[-1][0], end, phones[-1][2])
-        elif phone and phone != PROLONGS:
-            phones.append((start, end, phone))
-    times = SpeechTimes(alphabet=chosen)
+        elif names != PROLONGS:
+            several = (names or SPOKEN_NOISE).split()
+            part = (end - start) / len(several)
+            phones += [
+                (
+                    start + place * part,
+                    end if place + 1 == len(several) else start + (place + 1) * part,
+                    name,
+                )
+                for place, name in enumerate(several)
+            ]
+    times = SpeechTimes(words=tuple(_spoken_words(labels)), alphabet=chosen)
     met, overlaps = _met(phones)
     spoken = tuple(each for each in met if each[2] not in (REST, SPOKEN_NOISE))
     unknown = tuple((start, end) for start, end, phone in met if phone == SPOKEN_NOISE)
     if not spoken:
         raise InputError(f"no phones among {len(met)} labels; allowed: {ALLOWED}")
     _check_rate(spoken)
-    notes = []
+    notes = [*labels.notes]
     if overlaps:
         notes.append(f"phones that overlap, {overlaps} times, meet in the middle")
     if unknown:
         notes.append(f"unknown phones, {len(unknown)} times, are left to the encoder")
+    if strange:
+        named = ", ".join(repr(each[:20]) for each in strange[:NAMED_MAX])
+        near = ", ".join(nearest_symbols(strange[0], chosen))
+        notes.append(f"unknown in {chosen}: {named} (nearest to {strange[0][:20]!r}: {near})")
     return replace(times, phones=spoken, unknown=unknown, notes=tuple(notes))
+
+
+def _all_strange(strange: list[str], alphabet: str, guessed: bool) -> InputError:
+    """Why symbols cannot be read."""
+    return InputError.about(
+        f"symbol {strange[0][:40]!r}",
+        found=f"unknown in {alphabet}" + ", the alphabet that fits best" * guessed,
+        allowed="nearest are " + ", ".join(nearest_symbols(strange[0], alphabet)),
+        remedy=f"{len(strange)} symbols are unknown: "
+        + ", ".join(repr(each[:20]) for each in strange[:NAMED_MAX])
+        if len(strange) > 1
+        else "",
+    )
 
 
 def _in_order(labels: Iterable[Label], what: str) -> list[Label]:
     """Labels by time; those without length are left out. Raises InputError for impossible times."""
     found = []
     for start, end, text in labels:
+        if -ROUNDING_S <= start < 0:
+            start = 0.0
         if not 0 <= start <= end < 1e6:
             raise InputError.about(
                 f"{what} {text[:40]!r}",

@@ -9,11 +9,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from elocute.errors import AlignmentError
 
 TIERS_MAX, NAMES_TOLD = 1000, 10
+HAIRLINE_S = 1e-3
+"""A shorter rest is no rest: sums that differ in their last digits part two intervals so."""
 ITEMS_MAX = 1_000_000
 """Tiers, intervals and points, all together."""
 # What stands free in a TextGrid: "text" with doubled quotes, a flag, a number. Names of fields,
@@ -86,13 +88,19 @@ def _gapless(spoken: Sequence[TextGridInterval], duration_s: float) -> list[Text
     rows: list[TextGridInterval] = []
     at = 0.0
     for each in spoken:
-        start = max(each.start_s, at)
-        if start > at:
+        start, end = max(each.start_s, at), min(each.end_s, duration_s)
+        if start - at > HAIRLINE_S:
             rows.append(TextGridInterval(at, start, ""))
-        rows.append(TextGridInterval(start, min(each.end_s, duration_s), each.text))
-        at = rows[-1].end_s
-    if at < duration_s:
+        elif rows and start > at:
+            rows[-1] = replace(rows[-1], end_s=start)
+        else:
+            start = at
+        if end > start:
+            rows.append(TextGridInterval(start, end, each.text))
+            at = end
+    if duration_s - at > HAIRLINE_S or not rows:
         rows.append(TextGridInterval(at, duration_s, ""))
+    rows[-1] = replace(rows[-1], end_s=duration_s)
     return rows
 
 

@@ -26,11 +26,14 @@ class Labels:
         Start in s, end in s and label.
     alphabet : str
         How the phones are written, where the format says it.
+    notes : list of str
+        What was guessed.
     """
 
     phones: list[Label] = field(default_factory=list)
     words: list[Label] = field(default_factory=list)
     alphabet: str = ""
+    notes: list[str] = field(default_factory=list)
 
 
 def seconds_of(value: object, what: str, unit: float = 1.0) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,23 +28,29 @@ Phones = typer.Option(
 PhoneSet = typer.Option(
     "auto",
     "--phone-set",
-    help="How the phones of that file are written: arpabet, ipa, x-sampa or espeak; auto takes "
-    "the one that knows them.",
+    help="How the phones of that file are written: arpabet, ipa, x-sampa, espeak, pinyin or "
+    "romaji; auto takes the one that knows them.",
 )
+Tier = typer.Option("", "--tier", help="Tier of that file to read, by its name or number from 1.")
+Speaker = typer.Option("", "--speaker", help="Whose tiers of that file to read.")
 Text = typer.Option(None, "--text", help="What is said: sharpens the phones, in their times.")
-TextFile = typer.Option(None, "--text-file", help="Text file that holds what is said.")
+TextFile = typer.Option(
+    None, "--text-file", help="File that holds what is said: a text, a script, .srt or .vtt."
+)
 Language = option(VoiceSettings, "language")
 
 
 @dataclass(frozen=True)
 class KnownSpeechOptions:
-    """--phones, --phone-set, --text, --text-file and --language as they were given."""
+    """--phones and what belongs to it, --text, --text-file and --language as they were given."""
 
     phones: Path | None
     phone_set: str
     text: str | None
     text_file: Path | None
     language: str
+    tier: str = ""
+    speaker: str = ""
 
     @property
     def files(self) -> list[Path]:
@@ -56,6 +63,11 @@ class KnownSpeechOptions:
         named = [name for name, value in given.items() if value is not None]
         if len(named) > 1:
             raise InputError.about(named[0], found=f"{named[1]} too", allowed="one of them")
+        for name in ("tier", "speaker"):
+            if getattr(self, name) and self.phones is None:
+                raise InputError.about(
+                    f"--{name}", found="no --phones", allowed="a file of phones beside it"
+                )
         if named and not single:
             raise InputError.about(
                 named[0],
@@ -70,8 +82,10 @@ class KnownSpeechOptions:
 
         phones = None
         if self.phones is not None:
-            phones = read_speech_times(self.phones, self.phone_set, sound.stem)
-        return {"phones": phones, "text": self.written_text, "language": self.language}
+            phones = read_speech_times(
+                self.phones, self.phone_set, sound.stem, tier=self.tier, speaker=self.speaker
+            )
+        return {"phones": phones, "text": self._given_text, "language": self.language}
 
     def find_phones(self, sound: Path, **taken: Any) -> TimedSpeech:
         """When each phone of a recording is said; notes go to standard error. Raises
@@ -91,12 +105,17 @@ class KnownSpeechOptions:
         return found
 
     @property
-    def written_text(self) -> str | None:
-        """The text, if one was given. Raises InputError for a file that is no text."""
+    def written_text(self) -> str:
+        """What is said with its marks, "" where no text was given. Raises InputError for a file
+        that is no text."""
+        from elocute.audio.captions import said_text
+
+        return said_text(self._given_text or "")[0]
+
+    @cached_property
+    def _given_text(self) -> str | None:
         if self.text_file is None:
             return self.text
-        from elocute.files.reading import read_text
+        from elocute.audio.script_text import read_transcript
 
-        return read_text(
-            self.text_file, max_bytes=TEXT_MAX_BYTES, allowed="the text that is said, in UTF-8"
-        )
+        return read_transcript(self.text_file, max_bytes=TEXT_MAX_BYTES)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from elocute.audio.mouth_cue_files import caption_text
 from elocute.audio.timed_labels import Label
 from elocute.errors import MachineError, printable
 from elocute.export.gltf import glb_bytes
@@ -59,7 +60,7 @@ def page_pieces(
         "fps": motion.fps,
         "duration": motion.duration_s,
         "sound": media,
-        "words": [[float(start), float(end), printable(word)] for start, end, word in words],
+        "words": [[float(start), float(end), caption_text(word)] for start, end, word in words],
         "stage": viewer_stage(head, light),
         **viewer_views(head),
     }

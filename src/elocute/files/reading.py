@@ -191,7 +191,7 @@ def read_text(
     error: type[InputError] = InputError,
     remedy: str = "",
 ) -> str:
-    """Read UTF-8 text, with or without a byte-order mark.
+    """Read UTF-8 text, with or without a byte-order mark, or UTF-16 with one.
 
     Parameters
     ----------
@@ -206,15 +206,49 @@ def read_text(
     Raises
     ------
     InputError
-        As `read_bytes`, and for bytes that are not UTF-8.
+        As `read_bytes`, and for bytes that are no such text.
     """
     data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy)
+    return decoded_text(data, path, allowed=allowed, error=error, remedy=remedy)
+
+
+def decoded_text(
+    data: bytes,
+    subject: str | Path,
+    *,
+    allowed: str,
+    error: type[InputError] = InputError,
+    remedy: str = "",
+) -> str:
+    """UTF-8 text, with or without a byte-order mark, or UTF-16.
+
+    Parameters
+    ----------
+    data : bytes
+        The text.
+    subject : str or Path
+        Where it is from, for the message.
+    allowed, error, remedy
+        As for `open_regular`.
+
+    Returns
+    -------
+    str
+        All of it, without the mark.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, for bytes that are no such text.
+    """
+    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    if data[:1] and data[1:2] == data[3:4] == b"\0":  # Latin letters in UTF-16 without a mark
+        encoding = "utf-16-le"
     try:
-        return data.decode("utf-8-sig")
+        return data.decode(encoding)
     except UnicodeDecodeError as problem:
-        raise error.about(
-            path, found=f"byte {problem.start} is not UTF-8", allowed=allowed, remedy=remedy
-        ) from None
+        found = f"byte {problem.start} is not {encoding.upper().removesuffix('-SIG')}"
+        raise error.about(subject, found=found, allowed=allowed, remedy=remedy) from None
 
 
 def bytes_text(count: int) -> str:

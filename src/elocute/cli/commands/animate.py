@@ -81,6 +81,8 @@ def animate_command(
     partial: bool = options.Partial,
     phones: Path | None = known_speech_options.Phones,
     phone_set: str = known_speech_options.PhoneSet,
+    tier: str = known_speech_options.Tier,
+    speaker: str = known_speech_options.Speaker,
     text: str | None = known_speech_options.Text,
     text_file: Path | None = known_speech_options.TextFile,
     language: str = known_speech_options.Language,
@@ -104,7 +106,7 @@ def animate_command(
     speech = speech or []
     check_pipes(speech, output, format, as_json)
     check_edits(settings)
-    known = KnownSpeechOptions(phones, phone_set, text, text_file, language)
+    known = KnownSpeechOptions(phones, phone_set, text, text_file, language, tier, speaker)
     formats = tuple(dict.fromkeys(format or ["npz"]))
     if table is not None:
         _check_table_alone(speech, known)

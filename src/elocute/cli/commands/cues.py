@@ -34,6 +34,8 @@ def cues_command(
     ),
     phones: Path | None = known_speech_options.Phones,
     phone_set: str = known_speech_options.PhoneSet,
+    tier: str = known_speech_options.Tier,
+    speaker: str = known_speech_options.Speaker,
     text: str | None = known_speech_options.Text,
     text_file: Path | None = known_speech_options.TextFile,
     language: str = known_speech_options.Language,
@@ -50,7 +52,7 @@ def cues_command(
 
     if not FPS[0] <= fps <= FPS[1]:
         raise InputError.about("--fps", found=f"{fps:g}", allowed=f"{FPS[0]:g} to {FPS[1]:g}")
-    known = KnownSpeechOptions(phones, phone_set, text, text_file, language)
+    known = KnownSpeechOptions(phones, phone_set, text, text_file, language, tier, speaker)
     known.check(single=True)
     plan = OutputPlan(known.files)
     for path in output:
@@ -60,7 +62,7 @@ def cues_command(
         return
     found = known.find_phones(sound, channel=channel, track=track, partial=partial)
     sheet = CueSheet(
-        mouth_cues(found, basic=basic), found.words, known.written_text or "", sound.name, fps
+        mouth_cues(found, basic=basic), found.words, known.written_text, sound.name, fps
     )
     written = plan.wanted(output)
     for path in written:

@@ -23,6 +23,8 @@ def phones_command(
     ),
     phones: Path | None = known_speech_options.Phones,
     phone_set: str = known_speech_options.PhoneSet,
+    tier: str = known_speech_options.Tier,
+    speaker: str = known_speech_options.Speaker,
     text: str | None = known_speech_options.Text,
     text_file: Path | None = known_speech_options.TextFile,
     language: str = known_speech_options.Language,
@@ -36,7 +38,7 @@ def phones_command(
     """Find when each phone is said, and each word where a text is given."""
     from elocute.audio.speech_time_files import WRITERS, write_speech_times
 
-    known = KnownSpeechOptions(phones, phone_set, text, text_file, language)
+    known = KnownSpeechOptions(phones, phone_set, text, text_file, language, tier, speaker)
     known.check(single=True)
     plan = OutputPlan(known.files)
     for path in output:

@@ -32,7 +32,7 @@ from elocute.cli.takes import (
     named_target,
     options_of_takes,
 )
-from elocute.errors import InputError
+from elocute.errors import InputError, printable
 from elocute.files.output_plan import OutputPlan
 
 TEXT_MAX_BYTES = 4 * TEXT_MAX
@@ -123,11 +123,13 @@ def _text(text: str | None, file: Path | None) -> str:
             allowed="a text, - (standard input), --file or --table",
         )
     if file is not None:
-        from elocute.files.reading import read_text
+        from elocute.audio.script_text import read_transcript
 
-        return read_text(file, max_bytes=TEXT_MAX_BYTES, allowed="a text in UTF-8")
+        return _said(read_transcript(file, max_bytes=TEXT_MAX_BYTES), str(file))
     if text != "-":
-        return str(text)
+        from elocute.audio.script_text import without_tags
+
+        return without_tags(str(text))
     if sys.stdin.isatty():
         raise InputError.about(STDIN, found="a terminal", allowed="a text, from a pipe or a file")
     data = sys.stdin.buffer.read(TEXT_MAX_BYTES + 1)
@@ -135,9 +137,16 @@ def _text(text: str | None, file: Path | None) -> str:
         raise InputError.about(
             STDIN, found=f"more than {TEXT_MAX_BYTES} bytes", allowed=f"up to {TEXT_MAX} letters"
         )
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError.about(
-            STDIN, found=f"byte {error.start} is not UTF-8", allowed="a text in UTF-8"
-        ) from None
+    from elocute.files.reading import decoded_text
+
+    return _said(decoded_text(data, STDIN, allowed="a text in UTF-8 or UTF-16"), STDIN)
+
+
+def _said(text: str, source: str) -> str:
+    """What is said of a text; what is left out goes to standard error."""
+    from elocute.audio.captions import said_text
+
+    said, notes = said_text(text)
+    for note in notes:
+        print(f"elocute: {printable(f'{source}: {note}')}", file=sys.stderr)
+    return said

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ import typer
 from elocute.cli import options
 from elocute.cli.command_group import CommandGroup
 from elocute.cli.outputs import check_file_suffix, nothing_to_do
-from elocute.errors import AlignmentError, InputError
+from elocute.errors import AlignmentError, InputError, printable
 from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
@@ -124,14 +125,14 @@ def _text(text: str | None, file: Path | None) -> str:
     if text is not None:
         return text
     assert file is not None
-    from elocute.files.reading import read_text
+    from elocute.audio.captions import said_text
+    from elocute.audio.script_text import read_transcript
 
-    return read_text(
-        file,
-        max_bytes=TEXT_MAX_BYTES,
-        allowed="the text that is read, in UTF-8",
-        error=AlignmentError,
-    )
+    written = read_transcript(file, max_bytes=TEXT_MAX_BYTES, error=AlignmentError)
+    said, notes = said_text(written)
+    for note in notes:
+        print(f"elocute: {printable(f'{file}: {note}')}", file=sys.stderr)
+    return said
 
 
 def _tell(words: TimedWords, output: Path, as_json: bool) -> None:

@@ -48,6 +48,15 @@ def _phones(path: Path) -> None:
     times.check(times.end_s)
 
 
+def _scripts(path: Path) -> None:
+    from elocute.audio.captions import said_text, words_of_captions
+    from elocute.audio.script_text import read_transcript
+
+    text = read_transcript(path, max_bytes=1_000_000)
+    said_text(text)
+    words_of_captions(text)
+
+
 def _lines(path: Path) -> None:
     from elocute.audio.line_table import read_lines
     from elocute.audio.voice_settings import VoiceSettings
@@ -141,8 +150,23 @@ READERS: tuple[Reader, ...] = (
             "*.TextGrid": "text",
             "*.json": "json",
             "*.marks": "text",
+            **dict.fromkeys(("*.srt", "*.pho", "*.lab", "*.tsv", "*.dat", "*.xml"), "text"),
         },
-        ("elocute.audio.speech_times", "elocute.audio.textgrid", "elocute.audio.speech_marks"),
+        (
+            "elocute.audio.speech_times",
+            "elocute.audio.textgrid",
+            "elocute.audio.speech_marks",
+            "elocute.audio.speech_time_lines",
+            "elocute.audio.speech_time_tables",
+            "elocute.audio.tier_choice",
+        ),
+    ),
+    Reader(
+        "scripts",
+        seeds.scripts,
+        only(_scripts),
+        {"*.srt": "text", "*.txt": "text", "*.ssml": "text"},
+        ("elocute.audio.captions", "elocute.audio.script_text"),
     ),
     Reader("lines", seeds.lines, only(_lines), {"*.csv": "text"}, ("elocute.audio.line_table",)),
     Reader(

@@ -93,9 +93,35 @@ def phones(folder: Path) -> None:
         "whisper": {"segments": [{"words": [word]}]},
         "tiers": {"start": 0, "end": 1, "tiers": tiers},
         "letters": letters | {"character_end_times_seconds": [0.2, 0.4]},
+        "pairs": [[50, 0], [150, 19]],
+        "columns": {"words": ["hi"], "wtimes": [50], "wdurations": [90]},
+        "nested": {"results": [{"alternatives": [{"words": [word]}]}]},
+        "moras": {"accent_phrases": [{"moras": [{"vowel": "a", "vowel_length": 0.1}]}]},
+        "stream": {"wordTimestamps": {"words": ["hi"], "start": [0.1], "end": [0.4]}},
     }
+    plain = {
+        "a.srt": "1\n00:00:00,100 --> 00:00:00,400\nBOB: <i>hi</i> (sighs)\n",
+        "a.pho": "_ 51\nh 74\n@ 51 0 100\n",
+        "a.lab": "0 3100000 sil\n3100000 4100000 m\n",
+        "a.tsv": "0.00\tX\n0.10\tA\n0.20\tX\n",
+        "a.dat": "MohoSwitch1\n1 rest\n3 MBP\n",
+        "a.xml": '<rhubarbResult><mouthCue start="0" end="0.2">A</mouthCue></rhubarbResult>',
+        "b.csv": "sep=;\ntmin;tier;text;tmax\n0,1;phones;M;0,2\n",
+    }
+    for name, text in plain.items():
+        (place(folder, name.replace(".", "_")) / name).write_text(text)
     for name, record in records.items():
         (place(folder, name) / "phones.json").write_text(json.dumps(record))
+
+
+def scripts(folder: Path) -> None:
+    texts = {
+        "a.srt": "1\n00:00:00,100 --> 00:00:00,400\nBOB: <i>hi</i> (sighs)\n\n2\n",
+        "a.txt": "BOB (whispers): (sighs) Hi [laughs] there.\nBob: You. (Yes)\n",
+        "a.ssml": '<speak>Hi <sub alias="you">u</sub> &amp; <mark name="a"/><!-- b --></speak>',
+    }
+    for name, text in texts.items():
+        (place(folder, name.replace(".", "_")) / name).write_text(text)
 
 
 def lines(folder: Path) -> None:

@@ -1,0 +1,120 @@
+"""Texts as people have them: scripts, subtitles, SSML, documents of an office."""
+
+from __future__ import annotations
+
+import pytest
+
+from elocute.audio.captions import captions_of, is_captions, said_text, words_of_captions
+from elocute.audio.script_text import read_transcript, spoken_script
+from elocute.errors import InputError
+
+SRT = """1
+00:00:00,050 --> 00:00:01,000
+<i>Hello</i> there.
+
+2
+00:00:01,000 --> 00:00:04,900
+- BOB: I live here.
+[music]
+"""
+VTT = """WEBVTT
+
+NOTE made by hand
+
+intro
+00:00.050 --> 00:01.000 align:start
+<v Bob>Hello there.
+
+01:00:01.000 --> 01:00:02.000
+Tom &amp; Ann.
+"""
+
+
+def test_subtitles_are_what_is_said_and_when():
+    assert is_captions(SRT) and is_captions(VTT) and not is_captions("1\nHello --> there\n")
+    assert captions_of(SRT.replace("\n", "\r\n")) == [
+        (0.05, 1.0, "Hello there."),
+        (1.0, 4.9, "I live here."),
+    ]
+    assert captions_of(VTT) == [(0.05, 1.0, "Hello there."), (3601.0, 3602.0, "Tom & Ann.")]
+    words = [(0.05, 1.0, "Hello"), (0.05, 1.0, "there"), (1.0, 4.9, "I")]
+    assert words_of_captions(SRT)[:3] == words
+    assert said_text(SRT) == ("Hello there.\nI live here.", [])
+
+
+def test_subtitles_by_hand_and_of_youtube():
+    crowded = "1\n00:00:01,000 --> 00:00:02,000\nTen\n2\n00:00:02,000 --> 00:00:03,000\nTwo\n\n7\n"
+    assert captions_of(crowded) == [(1, 2, "Ten"), (2, 3, "Two\n7")]
+    youtube = "0:00:01.000,0:00:02.500\nHello.\n\n0:00:02.500,0:00:03.000\nYou.\n"
+    assert captions_of(youtube) == [(1, 2.5, "Hello."), (2.5, 3, "You.")]
+
+
+@pytest.mark.parametrize(
+    ("text", "said", "left_out"),
+    [
+        ("BOB: (sighs) Hello there. [laughs] I live.", "Hello there. I live.", 3),
+        ("BOB: Hi.\nMARY ANN (whispers): Hush!", "Hi.\nHush!", 2),
+        ("Speaker 1: Hi.\nSpeaker 2: Ho.", "Hi.\nHo.", 2),
+        ("Ann: Hi.\nTom: Ho.\nAnn: He.\nTom: Ha.", "Hi.\nHo.\nHe.\nHa.", 4),
+        ("Ann: Hi.\nTom: Ho.", "Hi.\nHo.", 2),
+        ("小明：你好。\n小红：你好！", "你好。\n你好！", 2),
+        ("BOB\nHi.\n\nMARY ANN (V.O.)\n(softly)\nHush!\n", "Hi.\nHush!", 3),
+        ("CHAPTER ONE\n\nIt was late. It rained.", "CHAPTER ONE\nIt was late. It rained.", 0),
+        ("He said: go home (or stay) at 10:30.", "He said: go home (or stay) at 10:30.", 0),
+        ("Go. (It was late.) Then (laughing softly) I ran.", "Go. (It was late.) Then I ran.", 1),
+        ("A plain text.", "A plain text.", 0),
+    ],
+)
+def test_names_and_stage_directions_are_not_said(text, said, left_out):
+    found, dropped = spoken_script(text)
+    assert found == said and len(dropped) == left_out
+
+
+def test_what_is_left_out_is_told():
+    _, notes = said_text("BOB: (sighs) Hello.")
+    assert notes == ["not taken for speech: 'BOB:', '(sighs)'"]
+
+
+def test_ssml_is_read_without_its_tags():
+    ssml = (
+        '<?xml version="1.0"?><speak version="1.0" xml:lang="en-US"><p>Hello, <emphasis>Bob'
+        '</emphasis>!<break time="200ms"/> The <sub alias="World Wide Web">WWW</sub> &amp; I<mark '
+        'name="here"/>.</p><!-- no --></speak>'
+    )
+    assert said_text(ssml)[0] == "Hello, Bob! The World Wide Web & I."
+    for broken in ("<speak>a & b</speak>", "<speak><p>a</speak>", "<!DOCTYPE a><speak>b</speak>"):
+        with pytest.raises(InputError, match="SSML: ") as caught:
+            said_text(broken)
+        assert "\n" not in str(caught.value)
+    assert said_text("<speak><mstts:express-as>Hi</mstts:express-as></speak>")[0] == "Hi"
+    assert said_text("if a < b > c")[0] == "if a < b > c", "no SSML"
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-be", "utf-16-le"])
+def test_texts_of_windows_are_read(tmp_path, encoding):
+    mark = "\ufeff" if encoding == "utf-16-be" else ""
+    path = tmp_path / "a.txt"
+    path.write_bytes((mark + "Grüße an Bob").encode(encoding))
+    assert read_transcript(path, max_bytes=1000) == "Grüße an Bob"
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        (b"PK\x03\x04word/document.xml", "a Word document or another ZIP file; .*plain text"),
+        (rb"{\rtf1\ansi Hello}", "Rich Text Format"),
+        (b"%PDF-1.7", "a PDF"),
+        (
+            b"[Script Info]\nTitle: x\n",
+            "subtitles of another kind; .*save it as text, .srt or .vtt",
+        ),
+        (b'<?xml version="1.0"?><tt></tt>', "markup or subtitles of another kind"),
+        ("Grüße".encode("latin-1"), "byte 2 is not UTF-8; .*; save it in UTF-8"),
+    ],
+)
+def test_documents_are_named_in_one_line(tmp_path, data, says):
+    path = tmp_path / "a.docx"
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=says) as caught:
+        read_transcript(path, max_bytes=1000)
+    assert "\n" not in str(caught.value)

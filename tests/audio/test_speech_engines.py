@@ -1,0 +1,273 @@
+"""Times as speech engines, recognisers and animators give them, each in its own way."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from elocute.audio.speech_times import SpeechTimes, read_speech_times
+from elocute.errors import InputError
+
+HELLO_BOB = [(0.05, 0.4, "hello"), (0.4, 0.8, "bob")]
+
+
+def read(folder, text, name="times.json", **options) -> SpeechTimes:
+    path = folder / name
+    path.write_text(text if isinstance(text, str) else json.dumps(text), encoding="utf-8")
+    return read_speech_times(path, **options)
+
+
+def shown(labels) -> list[tuple[float, float, str]]:
+    return [(round(start, 3), round(end, 3), text) for start, end, text in labels]
+
+
+def timed(start: str, end: str, label: str, scale: float = 1, **more: object) -> list[dict]:
+    return [{start: a * scale, end: b * scale, label: text, **more} for a, b, text in HELLO_BOB]
+
+
+DEEPGRAM = {"results": {"channels": [{"alternatives": [{"words": timed("start", "end", "word")}]}]}}
+GOOGLE = [
+    {"startTime": f"{a}s", "endTime": f"{b}s", "word": text, "confidence": 0.9}
+    for a, b, text in HELLO_BOB
+]
+AWS = [
+    {"start_time": str(a), "end_time": str(b), "alternatives": [{"content": text}], "type": kind}
+    for (a, b, text), kind in zip(HELLO_BOB, ["pronunciation", "pronunciation"], strict=True)
+]
+AWS.insert(1, {"alternatives": [{"content": ","}], "type": "punctuation"})
+WHISPER_CPP = [
+    {
+        "timestamps": {"from": "00:00:00,050", "to": "00:00:00,400"},
+        "offsets": {"from": 1000 * a, "to": 1000 * b},
+        "text": f" {text}",
+        "tokens": [{"text": "x", "offsets": {"from": 0, "to": 9}}],
+    }
+    for a, b, text in HELLO_BOB
+]
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        pytest.param({"words": timed("start", "end", "text", 1000)}, id="AssemblyAI, ms"),
+        pytest.param(DEEPGRAM, id="Deepgram"),
+        pytest.param(timed("start_ts", "end_ts", "text", phonemes="həlˈO"), id="Kokoro"),
+        pytest.param({"results": [{"alternatives": [{"words": GOOGLE}]}]}, id="Google"),
+        pytest.param({"results": {"items": AWS, "transcripts": []}}, id="AWS Transcribe"),
+        pytest.param(
+            {
+                "results": [
+                    {"alternatives": [{"timestamps": [["hello", 0.05, 0.4], ["bob", 0.4, 0.8]]}]}
+                ]
+            },
+            id="Watson",
+        ),
+        pytest.param(
+            {"monologues": [{"elements": timed("ts", "end_ts", "value", type="text")}]}, id="Rev"
+        ),
+        pytest.param(
+            {"result": timed("start", "end", "word", conf=1.0), "text": "hello bob"}, id="Vosk"
+        ),
+        pytest.param({"transcription": WHISPER_CPP}, id="whisper.cpp"),
+        pytest.param(
+            {
+                "text": "hello bob",
+                "chunks": [{"timestamp": [a, b], "text": f" {t}"} for a, b, t in HELLO_BOB],
+            },
+            id="transformers",
+        ),
+        pytest.param(
+            {
+                "type": "timestamps",
+                "word_timestamps": {
+                    "words": ["hello", "bob"],
+                    "start": [0.05, 0.4],
+                    "end": [0.4, 0.8],
+                },
+            },
+            id="Cartesia",
+        ),
+        pytest.param(
+            {"words": ["hello", "bob"], "wtimes": [50, 400], "wdurations": [350, 400]},
+            id="TalkingHead",
+        ),
+        pytest.param(
+            {
+                "words": [
+                    *timed("start", "end", "text", type="word"),
+                    {"text": "(laughs)", "start": 0.9, "end": 1.1, "type": "audio_event"},
+                ]
+            },
+            id="ElevenLabs Scribe",
+        ),
+    ],
+)
+def test_words_of_engines_and_recognisers(tmp_path, record):
+    assert shown(read(tmp_path, record).words) == HELLO_BOB
+
+
+def test_lists_and_durations(tmp_path):
+    assert shown(read(tmp_path, [[text, a, b] for a, b, text in HELLO_BOB]).words) == HELLO_BOB
+    assert shown(read(tmp_path, [[a, b, text] for a, b, text in HELLO_BOB]).words) == HELLO_BOB
+    lmnt = {"durations": [{"text": t, "start": a, "duration": b - a} for a, b, t in HELLO_BOB]}
+    assert shown(read(tmp_path, lmnt).words) == HELLO_BOB
+    hume = [{"text": t, "time": {"begin": 1000 * a, "end": 1000 * b}} for a, b, t in HELLO_BOB]
+    assert shown(read(tmp_path, hume).words) == HELLO_BOB
+
+
+def test_whisper_s_segments_hold_words_or_are_phrases(tmp_path):
+    phrase = {"id": 0, "start": 0.05, "end": 0.8, "text": " Hello, Bob."}
+    both = {"segments": [phrase], "words": timed("start", "end", "word")}
+    assert shown(read(tmp_path, both).words) == HELLO_BOB
+    times = read(tmp_path, {"segments": [phrase]})
+    assert times.words == ((0.05, 0.8, "Hello"), (0.05, 0.8, "Bob"))
+    assert times.notes == ("words are looked for within the times of their segments",)
+
+
+def test_guessed_milliseconds_are_told(tmp_path):
+    record = {"words": timed("start", "end", "text", 1000)}
+    assert read(tmp_path, record).notes == ("times were taken for milliseconds",)
+    assert read(tmp_path, {"words": timed("start", "end", "text")}).notes == ()
+
+
+def test_whisper_s_table_of_phrases_in_milliseconds(tmp_path):
+    text = "start\tend\ttext\n50\t800\tHello, Bob.\n800\t2400\tHow are you?\n"
+    words = read(tmp_path, text, "a.tsv").words
+    assert words[:2] == ((0.05, 0.8, "Hello"), (0.05, 0.8, "Bob")) and len(words) == 5
+    phones = "start,end,phone\n100,200,M\n200,300,AA\n"
+    assert shown(read(tmp_path, phones, "a.csv").phones) == [(0.1, 0.2, "M"), (0.2, 0.3, "AA")]
+
+
+def letters(text: str, keys: tuple[str, str, str], in_ms: bool) -> dict[str, list]:
+    step = 100 if in_ms else 0.1
+    starts = [at * step for at in range(len(text))]
+    lasts = [step] * len(text) if in_ms else [start + step for start in starts]
+    return dict(zip(keys, (list(text), starts, lasts), strict=True))
+
+
+SECONDS = ("characters", "character_start_times_seconds", "character_end_times_seconds")
+STREAM = ("chars", "charStartTimesMs", "charDurationsMs")
+
+
+def test_elevenlabs_says_what_was_spoken_beside_what_was_written(tmp_path):
+    record = {
+        "alignment": letters("$5", SECONDS, in_ms=False),
+        "normalized_alignment": letters("five dollars", SECONDS, in_ms=False),
+    }
+    assert shown(read(tmp_path, record).words) == [(0, 0.4, "five"), (0.5, 1.2, "dollars")]
+    tagged = '[clears throat] Hi <break time="1s" />you'
+    words = read(tmp_path, {"alignment": letters(tagged, SECONDS, in_ms=False)}).words
+    assert [word for *_, word in words] == ["Hi", "you"]
+    del record["normalized_alignment"]
+    assert shown(read(tmp_path, record).words) == [(0, 0.2, "$5")]
+
+
+def test_elevenlabs_streams_parts_that_count_from_their_own_begin(tmp_path):
+    parts = [
+        {"audio": "", "normalizedAlignment": letters(text, STREAM, in_ms=True), "alignment": None}
+        for text in ("Hello B", "ob ", "you")
+    ]
+    lines = "\n".join(json.dumps(part) for part in [*parts, {"audio": None, "isFinal": True}])
+    times = read(tmp_path, lines, "times.jsonl")
+    assert shown(times.words) == [(0, 0.5, "Hello"), (0.6, 0.9, "Bob"), (1.0, 1.3, "you")]
+    assert "begin where the part before ends" in times.notes[0]
+
+
+AZURE = [(0.05, 0), (0.15, 21), (0.25, 1), (0.4, 0)]
+MAP = [(0.15, 0.25, "P"), (0.25, 0.4, "AH")]
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        pytest.param([[round(1000 * at), viseme] for at, viseme in AZURE], id="pairs, ms"),
+        pytest.param(
+            [{"privAudioOffset": round(at * 1e7), "privVisemeId": viseme} for at, viseme in AZURE],
+            id="JavaScript",
+        ),
+    ],
+)
+def test_azure_in_a_browser(tmp_path, record):
+    assert shown(read(tmp_path, record).phones) == MAP
+
+
+def test_visemes_and_cues_of_animators(tmp_path):
+    head = {"visemes": ["sil", "PP", "aa"], "vtimes": [0, 100, 180], "vdurations": [100, 80, 120]}
+    assert shown(read(tmp_path, head).phones) == [(0.1, 0.18, "P"), (0.18, 0.3, "AA")]
+    cues = [(0.0, 0.1, "X"), (0.1, 0.18, "A"), (0.18, 0.3, "D")]
+    rhubarb = {"mouthCues": [{"start": a, "end": b, "value": c} for a, b, c in cues]}
+    wanted = [(0.1, 0.18, "P"), (0.18, 0.3, "AA")]
+    assert shown(read(tmp_path, rhubarb).phones) == wanted
+    lines = "".join(f"{a:.2f}\t{c}\n" for a, _, c in cues) + "0.30\tX\n"
+    assert shown(read(tmp_path, lines, "cues.tsv").phones) == wanted
+    inner = "".join(f'<mouthCue start="{a}" end="{b}">{c}</mouthCue>' for a, b, c in cues)
+    xml = f'<?xml version="1.0"?><rhubarbResult><mouthCues>{inner}</mouthCues></rhubarbResult>'
+    assert shown(read(tmp_path, xml, "cues.xml").phones) == wanted
+    moho = "MohoSwitch1\n1 rest\n4 MBP\n7 AI\n13 rest\n"
+    assert shown(read(tmp_path, moho, "cues.dat").phones) == [(0.125, 0.25, "P"), (0.25, 0.5, "AA")]
+
+
+def test_phones_of_synthesisers(tmp_path):
+    piper = {
+        "phonemes": [
+            {"phoneme": p, "start": a, "end": a + 0.1} for p, a in [("ch", 0.1), ("i", 0.2)]
+        ]
+    }
+    assert shown(read(tmp_path, piper).phones) == [(0.1, 0.2, "CH"), (0.2, 0.3, "IY")]
+    mora = {"consonant": "ky", "consonant_length": 0.2, "vowel": "o", "vowel_length": 0.2}
+    pause = {"vowel": "pau", "vowel_length": 0.4, "consonant": None, "consonant_length": None}
+    last = {"consonant": None, "vowel": "N", "vowel_length": 0.2}
+    phrases = [{"moras": [mora], "pause_mora": pause}, {"moras": [last], "pause_mora": None}]
+    voicevox = {"accent_phrases": phrases, "speedScale": 2.0, "prePhonemeLength": 0.2}
+    assert shown(read(tmp_path, voicevox).phones) == [
+        (0.1, 0.15, "K"),
+        (0.15, 0.2, "Y"),
+        (0.2, 0.3, "OW"),
+        (0.5, 0.6, "NG"),
+    ]
+    mbrola = "; hello\n_ 51\nh 74\n@ 51 0 100\nl 64 (50, 110)\n@U 192 0 105 80 90\n_ 51\n"
+    assert shown(read(tmp_path, mbrola, "a.pho").phones) == [
+        (0.051, 0.125, "HH"),
+        (0.125, 0.176, "AH"),
+        (0.176, 0.24, "L"),
+        (0.24, 0.432, "OW"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("unit", "note"),
+    [
+        (1, ()),
+        (1e-7, ("times were taken for units of 100 ns",)),
+        (1 / 16_000, ("times were taken for samples at 16 kHz",)),
+    ],
+)
+def test_label_files_of_audacity_htk_and_timit(tmp_path, unit, note):
+    spans = [(0.0, 0.31, "sil"), (0.31, 0.41, "m"), (0.41, 0.66, "ae")]
+    lines = [(a / unit, b / unit, text) for a, b, text in spans]
+    text = "".join(
+        f"{a if unit == 1 else round(a)} {b if unit == 1 else round(b)} {c}\n" for a, b, c in lines
+    )
+    times = read(tmp_path, text, "a.lab")
+    assert shown(times.phones) == [(0.31, 0.41, "M"), (0.41, 0.66, "AE")] and times.notes == note
+
+
+@pytest.mark.parametrize(
+    ("record", "says"),
+    [
+        ([{"FrameIndex": 0, "BlendShapes": [[0.0] * 55]}], "blend shapes, which are curves"),
+        ({"facsNames": ["jawOpen"], "weightMat": [[0]]}, "blend shapes, which are curves"),
+        ({"words": ["a"], "wtimes": [1, 2], "wdurations": [1]}, "1 words, 2 wtimes"),
+        ("<svg><mouthCue/></svg>", "time of a mouth cue"),
+        ("<svg/>", "<svg>; allowed: mouth cues in Rhubarb's XML"),
+        ('<!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>', "XML: declarations"),
+        ({"a": {"b": [{"c": 1}]}}, "records of a"),
+        ([[1, 2, 3]], "JSON of a list"),
+        ([["x", 2], [1, True]], "JSON of a list"),
+    ],
+)
+def test_what_holds_no_times_is_refused_in_one_line(tmp_path, record, says):
+    with pytest.raises(InputError, match=says) as caught:
+        read(tmp_path, record)
+    assert "\n" not in str(caught.value)
