@@ -70,6 +70,8 @@ RUN_TIME = [
     "--deselect=tests/cli/test_cli.py::test_help_names_every_command_and_is_quick",
 ]
 """What needs neither torch nor another library of the extras but SciPy."""
+READERS = ("trimesh>=5.0,<6",)
+"""Other people's, which open what is written here."""
 MEDIAPIPE = ["tests/capture/video/test_command.py", "tests/capture/scans/test_found_landmarks.py"]
 BLENDER = ["tests/files/test_fbx.py", "tests/adoption/test_own_file_in_blender.py"]
 EXTRAS = [
@@ -99,8 +101,8 @@ class Environment:
 
 
 ENVIRONMENTS = {
-    "lowest": Environment(RUN_TIME, "capture", lowest=True),
-    "newest": Environment(RUN_TIME, "capture", newest_python=True),
+    "lowest": Environment(RUN_TIME, "capture", lowest=True, beside=READERS),
+    "newest": Environment(RUN_TIME, "capture", newest_python=True, beside=READERS),
     # Its metadata wants NumPy 1 and JAX; these are what the face mesh really loads.
     "mediapipe": Environment(
         MEDIAPIPE,

@@ -32,6 +32,10 @@ class ElocuteError(Exception):
     """Base of every error that Elocute raises on purpose."""
 
 
+class ElocuteWarning(UserWarning):
+    """Something was guessed or left out, in one line that names the file; the work goes on."""
+
+
 class Interrupted(BaseException):
     """Ctrl-C on the command line; its text says what was done by then.
 

@@ -18,7 +18,8 @@ from elocute.adoption.own_mesh import joined, open_mesh_head
 from elocute.adoption.registry import open_speaking_head
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
-from elocute.errors import HeadError
+from elocute.capture.scans.landmarks import read_landmarks
+from elocute.errors import ElocuteWarning, HeadError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.store import load_head, save_head
 from elocute.motion.curves import motion_from_curves
@@ -80,6 +81,20 @@ def test_lower_teeth_open_with_the_jaw_and_stay_teeth(adoption):
     assert np.abs(opened - rest).max() < 0.002
     still = head.expression_basis[head.expression_index("browInnerUp"), teeth]
     assert np.abs(still).max() < 0.001
+
+
+def test_landmarks_without_the_jaw_give_nearly_the_same(adoption, stranger, tmp_path):
+    """51 points, as people pick them in MeshLab: the jaw line is taken from the built-in face."""
+    known = read_landmarks(stranger.landmarks).points[17:]
+    rows = (f'<point name="{n}" x="{x}" y="{y}" z="{z}"/>' for n, (x, y, z) in enumerate(known))
+    (tmp_path / "face.pp").write_text(f"<PickedPoints>{''.join(rows)}</PickedPoints>")
+    with pytest.warns(ElocuteWarning, match="17 landmarks of the jaw are not given"):
+        found = open_mesh_head(stranger.file, tmp_path / "face.pp")
+    one, other = (head.expression_basis for head in (adoption.head, found.head))
+    opened = found.head.expression_index("jawOpen")
+    apart = np.linalg.norm(one[opened] - other[opened], axis=1)
+    assert np.linalg.norm(one[opened], axis=1).max() > 0.02
+    assert np.quantile(apart, 0.95) < 0.003
 
 
 def test_its_axes_make_no_difference(adoption, stranger):

@@ -11,7 +11,7 @@ from elocute.capture.scans.scan_file import read_scan, write_scan
 from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
-from tests.support.commands import succeeds
+from tests.support.commands import run_here, succeeds
 
 
 @pytest.fixture(scope="session")
@@ -42,3 +42,16 @@ def test_one_scan_in_its_own_unit(scan_folder: Path, tmp_path: Path):
 def test_check_of_good_scans(scan_folder: Path):
     shown = succeeds("capture", "check", scan_folder).stdout
     assert "0 errors" in shown and "no sound" in shown
+
+
+def test_a_picture_that_is_missing_is_told_in_a_line(tmp_path: Path):
+    """Nothing is wrong enough to stop; the output is there and what was left out is said."""
+    (tmp_path / "a.mtl").write_text("newmtl skin\nmap_Kd skin.png\n")
+    (tmp_path / "a.obj").write_text(
+        "mtllib a.mtl\nv 0 0 0\nv .2 0 0\nv 0 .2 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
+        "usemtl skin\nf 1/1 2/2 3/3\n"
+    )
+    said = run_here("capture", "landmarks", tmp_path / "a.obj", "-o", tmp_path / "a.html")
+    assert said.returncode == 0 and (tmp_path / "a.html").is_file()
+    told = f"elocute: {tmp_path / 'a.obj'}: its picture 'skin.png' is not there; its colours are"
+    assert said.stderr == f"{told} left out\n"

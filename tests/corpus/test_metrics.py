@@ -227,7 +227,9 @@ class TestVertexLists:
             ("a.txt", "9" * 40, "no list"),
             ("a.npy", "hello", "no NumPy array"),
             ("a.npy", "", "no NumPy array"),
-            ("a.pkl", "x", "suffix"),
+            ("a.pkl", "x", "no pickle"),
+            ("a.vtx", "x", "suffix"),
+            ("a.pp", "<point x='1'/>", "with a mesh"),
             ("none/a.txt", None, "no such file"),
         ],
     )

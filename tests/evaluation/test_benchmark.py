@@ -314,3 +314,73 @@ def test_missing_clips_another_rate_and_missing_faces_are_told(
         ),
     ):
         refused("evaluate", "benchmark", *wrong, says=told)
+
+
+def write_own(folder: Path, vertices: int) -> tuple[Arrays, Arrays]:
+    """Two subjects of a mesh that nobody knows; names may hold `_`."""
+    (folder / "vertices_npy").mkdir(parents=True)
+    templates = {name: head_sized(vertices, i) for i, name in enumerate(("ann_b", "ann"))}
+    (folder / "templates.pkl").write_bytes(
+        pickle.dumps({name: face.tolist() for name, face in templates.items()})
+    )
+    clips = {}
+    for seed, (who, what) in enumerate([("ann_b", "s1"), ("ann", "s1"), ("ann", "hello")]):
+        clips[f"{who}_{what}"] = moving(templates[who], 20, seed)
+        np.save(folder / "vertices_npy" / f"{who}_{what}.npy", clips[f"{who}_{what}"])
+    return clips, templates
+
+
+def test_a_data_set_of_ones_own(tmp_path: Path) -> None:
+    """Any mesh, every clip; lists as files: masks of a pickle, and points picked in MeshLab."""
+    true, templates = write_own(tmp_path / "own", 300)
+    (tmp_path / "ours").mkdir()
+    predicted = {}
+    for seed, (name, values) in enumerate(true.items()):
+        noise = np.random.default_rng(seed).normal(0, 1e-3, values.shape)
+        predicted[f"{name}_condition_ann"] = (values + noise).astype(np.float32)
+        np.save(tmp_path / "ours" / f"x_{name}_condition_ann.npy", (values + noise))
+    lips, brows = np.array([4, 9, 200]), np.arange(20, 60)
+    upright = np.isin(np.arange(300), brows)
+    masks = tmp_path / "FLAME_masks.pkl"
+    masks.write_bytes(pickle.dumps({"lips": lips, "forehead": upright, "nose": np.array([1])}))
+    places = templates["ann_b"][lips] + 1e-4
+    points = "".join(
+        f'<point active="1" name="{n}" x="{x}" y="{y}" z="{z}"/>'
+        for n, (x, y, z) in enumerate(places)
+    )
+    (tmp_path / "lips.pp").write_text(
+        f"<!DOCTYPE PickedPoints>\n<PickedPoints>{points}</PickedPoints>"
+    )
+    asked = ("evaluate", "benchmark", "own", tmp_path / "ours", "--truth", tmp_path / "own")
+    lists = ("--lips", masks, "--lips", tmp_path / "lips.pp", "--upper-face", f"{masks}:forehead")
+    report = json.loads(succeeds(*asked, *lists, "--json").stdout)
+    expected = as_published(true, predicted, templates, lips, brows)
+    assert [row["lips"]["name"] for row in report["rows"]] == [
+        "file:FLAME_masks.pkl:lips",
+        "file:lips.pp",
+    ]
+    for row in report["rows"]:
+        assert (row["lips"]["vertices"], row["sequences"]) == (3, 3)
+        for name, value in expected.items():
+            assert row[name]["value"] == pytest.approx(value, rel=1e-4), name
+    own = json.loads(succeeds(*asked, *lists, "--condition", "own", "--partial", "--json").stdout)
+    assert own["rows"][0]["sequences"] == 2  # `ann` is not the subject of ann_b_s1
+    refused(*asked, says="no published lists; allowed: --lips FILE and --upper-face FILE")
+    refused(
+        *asked, *lists[:-1], masks, says="no region 'upper_face'; allowed: forehead, lips, nose"
+    )
+    refused(*asked, *lists[:-1], f"{masks}:brows", says="no region 'brows'")
+    refused(*asked[:-1], tmp_path / "ours", *lists, says="templates.pkl: no such file")
+    (tmp_path / "ours" / "x_ann_hello_condition_ann.npy").unlink()
+    refused(*asked, *lists, says="1 of 3 test clips missing: ann_hello")
+
+
+def test_ones_own_clips_on_flame_have_the_published_lists(tmp_path: Path) -> None:
+    true, templates = write_own(tmp_path / "own", 5023)
+    truth = open_benchmark_truth(None, tmp_path / "own" / "vertices_npy")
+    assert sorted(truth.clips) == sorted(true) and truth.benchmark.topology is FLAME
+    read = truth.clips["ann_b_s1"]()
+    assert np.array_equal(read.template, templates["ann_b"].astype(np.float32))
+    assert [each.clip for each in find_predictions(truth, tmp_path / "own" / "vertices_npy")] == (
+        sorted(true)
+    )

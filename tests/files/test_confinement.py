@@ -1,6 +1,6 @@
 """A mesh or a network cannot make the libraries that read it open files elsewhere, or addresses.
 
-Python's own audit events tell what was opened. Run with the lowest and the newest trimesh and
+Python's own audit events tell what was opened. Run with the lowest and the newest Pillow and
 onnxruntime by scripts/matrix.py.
 """
 
@@ -18,7 +18,7 @@ from tests.support.commands import SAME_ELOCUTE, run_python
 
 WATCHED = """
 import json, os, sys
-import numpy, trimesh, onnxruntime, PIL.Image, PIL.PngImagePlugin, elocute
+import numpy, onnxruntime, PIL.Image, PIL.PngImagePlugin, elocute
 from pathlib import Path
 from elocute.capture.scans.scan_file import read_scan
 from elocute.errors import InputError

@@ -4,13 +4,12 @@ import os
 import struct
 import zlib
 
-import numpy as np
 import pytest
 from PIL import Image
 
-from elocute.errors import HeadError
-from elocute.files.meshes import check_picture, read_mesh_file
-from tests.support.commands import run_python
+from elocute.errors import ElocuteWarning, HeadError
+from elocute.files.mesh_parts import read_mesh_parts
+from elocute.files.meshes import check_picture
 
 TRIANGLE = "v 0 0 0\nv 0 1 0\nv 1 0 0\nvt 0 0\nvt 0 1\nvt 1 0\nusemtl skin\nf 1/1 2/2 3/3\n"
 
@@ -25,7 +24,7 @@ def mesh(tmp_path):
 
 
 def read(path):
-    return read_mesh_file(path, max_bytes=1_000_000, error=HeadError, coloured=True)
+    return read_mesh_parts(path, max_bytes=1_000_000, error=HeadError)
 
 
 def refused(path):
@@ -48,10 +47,11 @@ def large_picture(width, height):
 
 
 def test_colours_come_from_the_picture_in_the_same_folder(mesh):
-    parts = read(mesh)
-    assert parts.vertices.tolist() == [[0, 0, 0], [0, 1, 0], [1, 0, 0]]
-    assert parts.triangles.tolist() == [[0, 1, 2]]
-    assert parts.colors is not None and parts.colors.tolist() == [[200, 10, 10]] * 3
+    (part,) = read(mesh)
+    assert part.vertices.tolist() == [[0, 0, 0], [0, 1, 0], [1, 0, 0]]
+    assert part.triangles.tolist() == [[0, 1, 2]] and part.name == "skin"
+    assert part.picture.getcolors() == [(16, (200, 10, 10))] and part.coloured
+    assert part.uv is not None and part.uv.tolist() == [[0, 0], [0, 1], [1, 0]]
 
 
 def test_a_picture_that_unpacks_to_gigabytes_is_refused(mesh):
@@ -73,41 +73,23 @@ def test_a_pipe_is_never_waited_for(mesh, name):
 def test_files_elsewhere_are_not_looked_for(mesh):
     inner = mesh.parent / "inner"
     inner.mkdir()
-    (inner / "face.obj").write_text(f"mtllib ../face.mtl\n{TRIANGLE}")
-    assert [200, 10, 10] not in np.asarray(read(inner / "face.obj").colors).tolist()
-    (inner / "face.obj").write_text(f"mtllib {mesh.parent}/face.mtl\n{TRIANGLE}")
-    assert [200, 10, 10] not in np.asarray(read(inner / "face.obj").colors).tolist()
-
-
-def test_nothing_is_printed_of_a_picture_that_is_not_there(tmp_path):
-    (tmp_path / "face.ply").write_text(
-        "ply\nformat ascii 1.0\ncomment TextureFile /etc/hostname\nelement vertex 3\n"
-        "property float x\nproperty float y\nproperty float z\nelement face 1\n"
-        "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
-    )
-    code = (
-        "from elocute.files.meshes import read_mesh_file; from elocute.errors import HeadError; "
-        f"read_mesh_file({str(tmp_path / 'face.ply')!r}, max_bytes=9999, error=HeadError, "
-        "coloured=True)"
-    )
-    done = run_python("-c", code, check=True)
-    assert (done.stdout, done.stderr) == ("", "")
-
-
-def test_materials_that_copy_all_vertices_each_are_refused(tmp_path):
-    lines = ["v 0 0 0"] * 20_000 + [f"usemtl m{n}\nf 1 2 3" for n in range(20_000)]
-    (tmp_path / "many.obj").write_text("\n".join(lines))
-    assert "20000 materials on 20000 vertices" in refused(tmp_path / "many.obj")
+    for place in ("..", mesh.parent):
+        (inner / "face.obj").write_text(f"mtllib {place}/face.mtl\n{TRIANGLE}")
+        with pytest.warns(ElocuteWarning, match=r"material file 'face\.mtl' is not there"):
+            (part,) = read(inner / "face.obj")
+        assert part.picture is None and not part.coloured
 
 
 @pytest.mark.parametrize(
     ("text", "found"),
     [
-        ("v 0 0 0\n", "0 triangles"),
-        ("v 0 0 0\nf 1 2 3\n", "no mesh"),
-        ("v 0 0\nf 1 1 1\n", "no mesh"),
-        ("hello", "0 vertices"),
-        ("", "0 vertices"),
+        ("v 0 0 0\n", "1 points without triangles"),
+        ("v 0 0 0\nf 1 2 3\n", "faces that point past 1 vertices"),
+        ("v 0 0\nf 1 1 1\n", "line 1, 'v 0 0'"),
+        ("v 0 0 0\nf 0 1 1\n", "line 2, 'f 0 1 1'"),
+        ("v 0 0 0\nf 1 1 -2\n", "line 2, 'f 1 1 -2'"),
+        ("hello", "no vertices"),
+        ("", "no vertices"),
     ],
 )
 def test_what_is_no_mesh(tmp_path, text, found):
@@ -115,12 +97,17 @@ def test_what_is_no_mesh(tmp_path, text, found):
     assert found in refused(tmp_path / "bad.obj")
 
 
-def test_texts_of_other_encodings(tmp_path):
-    (tmp_path / "latin.obj").write_bytes("# Köpfe\n".encode("latin-1") + TRIANGLE.encode())
-    assert len(np.asarray(read(tmp_path / "latin.obj").vertices)) == 3
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_texts_of_other_encodings(mesh, encoding):
+    """A material's name is the same in both files, and a picture's is that of the file."""
+    for file in (mesh, mesh.with_suffix(".mtl")):
+        text = file.read_text().replace("skin", "Mädchen")
+        file.write_bytes(("# Köpfe\n" + text).encode(encoding))
+    (mesh.parent / "skin.png").rename(mesh.parent / "mädchen.PNG")
+    (part,) = read(mesh)
+    assert part.name == "Mädchen" and part.picture.getpixel((0, 0)) == (200, 10, 10)
 
 
 def test_faces_far_beyond_the_vertices_are_refused(tmp_path):
-    """A list as long as the largest number would be made before anything is compared."""
     (tmp_path / "face.obj").write_text(TRIANGLE.replace("3/3", "400000000/400000000"))
-    assert "faces that point past 6 vertices" in refused(tmp_path / "face.obj")
+    assert "faces that point past 3 vertices" in refused(tmp_path / "face.obj")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elocute.adoption.registration import similarity_between
 from elocute.head.builtin import load_builtin_head
+from elocute.numerics.rigid_alignment import similarity_between
 from recipes.heads_speak import ict_parts
 
 HELD = [27, 31, 35, 36, 39, 42, 45, 48, 54, 57]

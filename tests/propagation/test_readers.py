@@ -14,10 +14,16 @@ from elocute.propagation.word_recordings import find_recordings, word_span
 
 
 def write_mp4(path: Path, seconds: float) -> None:
-    """A clip as LRW's: AAC in mp4."""
+    """A clip as LRW's: AAC in mp4, some of which the coder adds, and 29 frames of picture."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with av.open(str(path), "w") as file:
+        picture = file.add_stream("mpeg4", rate=25)
+        picture.width = picture.height = 16
         stream = file.add_stream("aac", rate=16000, layout="mono")
+        for _ in range(29):
+            shown = av.VideoFrame.from_ndarray(np.zeros((16, 16, 3), np.uint8), "rgb24")
+            file.mux(picture.encode(shown))
+        file.mux(picture.encode(None))
         samples = np.random.default_rng(0).normal(0, 0.1, (1, round(seconds * 16000)))
         for start in range(0, samples.shape[1] - 1023, 1024):
             block = np.ascontiguousarray(samples[:, start : start + 1024], np.float32)
@@ -32,8 +38,8 @@ def test_lrw(tmp_path: Path):
         clip = tmp_path / "lipread_mp4" / "ABOUT" / part / "ABOUT_00001.mp4"
         if part != "train":
             clip = clip.with_stem(f"ABOUT_0000{2 + (part == 'test')}")
-        write_mp4(clip, 1.16)
-        text = "Disk reference: 12345\nChannel: ANY\nDuration: 0.30 seconds\n"
+        write_mp4(clip, 1.216)
+        text = "Disk reference: 12345\nChannel: ANY\nDuration: 0.40 seconds\n"
         clip.with_suffix(".txt").write_text(text)
     found = find_recordings(tmp_path)
     assert list(found.words) == ["about"]
@@ -45,8 +51,19 @@ def test_lrw(tmp_path: Path):
     ]
     assert len({c.speaker for c in clips}) == 3
     duration = read_audio(tmp_path / clips[0].audio).duration_s
-    start, end = word_span(tmp_path, clips[0], duration)
-    assert abs(end - start - 0.3) < 1e-9 and abs((start + end) / 2 - duration / 2) < 1e-9
+    assert duration > 1.2  # and the word is in the middle of the picture, of 1.16 s
+    assert word_span(tmp_path, clips[0], duration) == pytest.approx((0.38, 0.78))
+
+
+@pytest.mark.parametrize(("name", "span"), [("ABOUT_00001", (0.38, 0.78)), ("own__1", (0.4, 0.8))])
+def test_sound_taken_out_of_lrw(tmp_path: Path, name: str, span: tuple[float, float]):
+    """It was longer than its picture; other sounds have the word in their own middle."""
+    wav = tmp_path / "about" / f"{name}.wav"
+    wav.parent.mkdir()
+    wav.touch()
+    wav.with_suffix(".txt").write_text("Duration: 0.40 seconds\n")
+    recording = find_recordings(tmp_path).of("about")[0][0]
+    assert word_span(tmp_path, recording, 1.2) == pytest.approx(span)
 
 
 @pytest.mark.parametrize("text", ["", "Duration: none", "Duration: 0 seconds", "Duration: 9 s"])

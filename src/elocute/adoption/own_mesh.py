@@ -7,6 +7,7 @@ parts of a file → joined (seams closed, lips left apart) → a head with its m
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,13 +18,13 @@ from numpy.typing import NDArray
 from elocute.adoption.carrying import Adoption, adopt
 from elocute.adoption.followers import with_followers
 from elocute.adoption.mesh_paths import EdgeGraph
-from elocute.adoption.registration import FIT_MM, similarity_between
+from elocute.adoption.registration import FIT_MM
 from elocute.array_types import Float64Array
 from elocute.capture.scanned_head import detected_landmarks
-from elocute.capture.scans.landmarks import read_landmarks
+from elocute.capture.scans.landmarks import JAW_LINE, read_landmarks
 from elocute.capture.scans.scan_file import read_scan, unit_m
 from elocute.corpus.length_units import UNITS, fitting_unit, is_head_sized, longest_side
-from elocute.errors import HeadError
+from elocute.errors import ElocuteWarning, HeadError
 from elocute.files.gltf_document import SUFFIXES as GLTF_SUFFIXES
 from elocute.files.gltf_document import GltfDocument, read_gltf
 from elocute.files.mesh_part import MeshPart, picture_bytes
@@ -33,6 +34,7 @@ from elocute.head.mesh import FILE_MAX_BYTES, head_from_arrays
 from elocute.head.model import HeadModel
 from elocute.head.normals import vertex_normals
 from elocute.head.surface import MOST, Surface
+from elocute.numerics.rigid_alignment import similarity_between
 
 VERTICES_MAX = 200_000
 PART_MIN = 200
@@ -312,6 +314,20 @@ def _nearest_part(head: HeadModel, points: Float64Array) -> NDArray[np.intp]:
     return best
 
 
+def _with_jaw(points: Float64Array, known: NDArray[np.bool_], name: str) -> Float64Array:
+    """Landmarks (68, 3) m with those that are unknown where the built-in face has them."""
+    builtin = load_builtin_head()
+    own = builtin.template[builtin.landmarks].astype(np.float64)
+    similar = similarity_between(own[known], points[known], np.ones(int(known.sum())))
+    warnings.warn(
+        f"{name}: {int((~known).sum())} landmarks of the jaw are not given; they are taken where "
+        "the built-in face has them",
+        ElocuteWarning,
+        stacklevel=2,
+    )
+    return np.where(known[:, None], points, similar(own))
+
+
 def nearest_vertices(head: HeadModel, points: Float64Array, name: str) -> NDArray[np.int32]:
     """The (68,) vertices of landmarks (68, 3) m; a lip's edge faces the other lip.
 
@@ -321,8 +337,11 @@ def nearest_vertices(head: HeadModel, points: Float64Array, name: str) -> NDArra
     """
     from scipy.spatial import KDTree
 
-    missing = int((~np.isfinite(points)).any(axis=1).sum())
-    if missing:
+    known = np.asarray(np.isfinite(points).all(axis=1), np.bool_)
+    if known[len(JAW_LINE) :].all() and not known[: len(JAW_LINE)].any():
+        points = _with_jaw(points, known, name)
+    elif not known.all():
+        missing = int((~known).sum())
         raise HeadError.about(
             name,
             found=f"{68 - missing} of 68 landmarks",

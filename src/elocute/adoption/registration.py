@@ -17,7 +17,7 @@ from elocute.adoption.face_lines import LIDS, LIPS
 from elocute.array_types import Float64Array
 from elocute.errors import HeadError
 from elocute.head.normals import vertex_normals
-from elocute.numerics.rigid_alignment import nearest_rotation
+from elocute.numerics.rigid_alignment import Similarity, similarity_between
 from elocute.numerics.sparse_factor import factor_of
 
 BENDS_M = (0.03, 0.02, 0.012, 0.008, 0.006, 0.005)
@@ -73,30 +73,6 @@ def guides_between(source: Face, target: Face) -> Guides:
         places.append(target.lines[name].points(line.shares))
         weights.append(np.ones(len(line.vertices)))
     return Guides(np.concatenate(vertices), np.concatenate(places), np.concatenate(weights))
-
-
-@dataclass(frozen=True, eq=False)
-class Similarity:
-    """x → scale · rotation · x + shift."""
-
-    rotation: Float64Array
-    scale: float
-    shift: Float64Array
-
-    def __call__(self, points: Float64Array) -> Float64Array:
-        return self.scale * points @ self.rotation.T + self.shift
-
-
-def similarity_between(
-    source: Float64Array, target: Float64Array, weights: Float64Array
-) -> Similarity:
-    """The similarity that brings points nearest to others (Umeyama 1991)."""
-    shares = weights / weights.sum()
-    middle, goal = shares @ source, shares @ target
-    near = source - middle
-    rotation, most = nearest_rotation((target - goal).T @ (shares[:, None] * near))
-    scale = float(most / (shares @ np.square(near).sum(axis=1)))
-    return Similarity(rotation, scale, goal - scale * rotation @ middle)
 
 
 def lay_over(source: Face, target: Face) -> tuple[Float64Array, Similarity]:

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from elocute.adoption.correspondence import Places
 from elocute.adoption.face import Face
-from elocute.adoption.registration import Similarity
 from elocute.array_types import Float64Array
-from elocute.numerics.rigid_alignment import nearest_rotation
+from elocute.numerics.rigid_alignment import Similarity, nearest_rotation
 from elocute.numerics.sparse_factor import factor_of
 
 BEND_M = 0.0015

@@ -18,7 +18,14 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from elocute.errors import ElocuteError, InputError, Interrupted, lacks_memory, printable
+from elocute.errors import (
+    ElocuteError,
+    ElocuteWarning,
+    InputError,
+    Interrupted,
+    lacks_memory,
+    printable,
+)
 
 UNREAD = 141
 ENDINGS = {
@@ -124,12 +131,22 @@ def _run_app() -> int:
     _check_completion()
     from elocute.cli.app import command_line
 
+    warnings.showwarning = _show_warning
     if not sys.warnoptions:  # results are checked where it matters, and reported in one line
         warnings.simplefilter("ignore", RuntimeWarning)
+        warnings.simplefilter("once", ElocuteWarning)
     # A shell that asks for completions is offered all commands.
     alone = "" if COMPLETE in os.environ else "".join(sys.argv[1:2])
     app = command_line(alone)
     return _number(app(prog_name="elocute", standalone_mode=False))
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *place: Any) -> None:
+    """A warning of our own in a line, as errors are; others as Python has them."""
+    if issubclass(category, ElocuteWarning):
+        _say(str(message), 0)
+    else:
+        print(warnings.formatwarning(message, category, *place[:2]), end="", file=sys.stderr)
 
 
 def _usage(error: Any) -> int:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
 from elocute.corpus.corpus_store import Corpus
+from elocute.errors import CorpusError
 
 BLOCK_FRAMES = 256
 
@@ -73,10 +74,24 @@ def displacement_blocks(corpus: Corpus, names: Iterable[str]) -> Iterator[NDArra
     ------
     (frame, vertex, 3) float32
         Displacements from the subject's template, m.
+
+    Raises
+    ------
+    CorpusError
+        For motion that is not finite; the clip and its frame are named.
     """
     for name in names:
         for start in range(0, corpus.entry(name).frames, BLOCK_FRAMES):
-            yield corpus.displacements(name, start, start + BLOCK_FRAMES)
+            block = corpus.displacements(name, start, start + BLOCK_FRAMES)
+            finite = np.isfinite(block).all(axis=(1, 2))
+            if not finite.all():
+                raise CorpusError.about(
+                    f"{corpus.folder / 'motion.npy'}, clip {name}",
+                    found=f"NaN or infinity in frame {start + int(np.argmin(finite))}",
+                    allowed="finite motion",
+                    remedy="elocute corpus check",
+                )
+            yield block
 
 
 def corpus_summary(corpus: Corpus) -> dict[str, object]:

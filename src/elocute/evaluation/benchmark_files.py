@@ -6,7 +6,6 @@ the second subject that whose style the model spoke in, each row a frame of all 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,16 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.corpus.corpus_store import Corpus, open_corpus
-from elocute.corpus.importers.folder import read_vertices
+from elocute.corpus.importers.folder import read_vertices, subject_and_sentence
 from elocute.corpus.importers.foreign_arrays import checked_templates
+from elocute.corpus.importers.frame_gaps import check_finite
 from elocute.corpus.importers.published_splits import (
     BIWI_PARTS,
     BIWI_SEEN,
     VOCASET_OWN_SENTENCES,
-    VOCASET_SUBJECTS,
     VOCASET_TEST,
 )
-from elocute.corpus.topologies import BIWI, FLAME, Topology
+from elocute.corpus.topologies import BIWI, FLAME, Topology, topology_of
 from elocute.errors import CorpusError
 from elocute.evaluation.model_predictions import recorded_motion
 from elocute.files.pickles.closed_pickle import read_pickle
@@ -33,6 +32,9 @@ from elocute.motion.vertex_motion import VertexMotion
 NAMED_MOST = 3  # clips that a message names
 LENGTHS_DIFFER = 0.1  # share by which lengths may differ at the same rate
 ALL, OWN = "all", "own"
+OWN_DATA = "own"
+"""Stands for a data set of one's own in place of a published one."""
+DATA_UNIT = "the data's unit"
 
 
 @dataclass(frozen=True)
@@ -45,10 +47,10 @@ class Benchmark:
         As the command takes it.
     topology : Topology
         The mesh of the data.
-    subjects, sentences : frozenset of str
+    subjects : tuple of str
         Those of the test.
-    speakers : tuple of str
-        All subjects of the data, conditions among them.
+    sentences : frozenset of str
+        Those of the test.
     unit : str
         Of lengths, for people.
     """
@@ -57,21 +59,17 @@ class Benchmark:
     topology: Topology
     subjects: tuple[str, ...]
     sentences: frozenset[str]
-    speakers: tuple[str, ...]
     unit: str
 
 
 BENCHMARKS = {
-    "vocaset": Benchmark(
-        "vocaset", FLAME, VOCASET_TEST, VOCASET_OWN_SENTENCES, VOCASET_SUBJECTS, "m"
-    ),
+    "vocaset": Benchmark("vocaset", FLAME, VOCASET_TEST, VOCASET_OWN_SENTENCES, "m"),
     "biwi": Benchmark(
         "biwi",
         BIWI,
         BIWI_SEEN,
         frozenset(f"e{number}" for number in BIWI_PARTS[2]),
-        BIWI_SEEN,
-        "the data's unit",
+        DATA_UNIT,
     ),
 }
 """BIWI's is Test-A, the one that has errors: what subjects of Test-B are conditioned on is not
@@ -86,11 +84,14 @@ class Truth:
     ----------
     clips : dict of str to callable
         SUBJECT_SENTENCE to what reads it, every frame.
+    subjects : dict of str to str
+        SUBJECT of each clip.
     """
 
     benchmark: Benchmark
     source: Path
     clips: dict[str, Callable[[], VertexMotion]]
+    subjects: dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -121,20 +122,23 @@ def benchmark_named(name: str) -> Benchmark:
     """
     if name not in BENCHMARKS:
         raise CorpusError.about(
-            f"benchmark {name[:60]!r}", found="unknown", allowed=", ".join(BENCHMARKS)
+            f"benchmark {name[:60]!r}",
+            found="unknown",
+            allowed=f"{', '.join(BENCHMARKS)}, or `{OWN_DATA}` for a data set of your own",
         )
     return BENCHMARKS[name]
 
 
 def open_benchmark_truth(
-    benchmark: Benchmark, source: Path, templates: Path | None = None
+    benchmark: Benchmark | None, source: Path, templates: Path | None = None
 ) -> Truth:
     """The recorded test clips.
 
     Parameters
     ----------
-    benchmark : Benchmark
-        Which data set.
+    benchmark : Benchmark or None
+        Which data set; None for one of your own, all of whose clips are for the test: those of a
+        corpus's test part where it has one.
     source : Path
         A converted corpus, a folder SUBJECT_SENTENCE.npy, or one that holds it as `vertices_npy`.
     templates : Path, optional
@@ -158,63 +162,103 @@ def open_benchmark_truth(
             source, found="no such folder", allowed="a corpus, or a folder vertices_npy"
         )
     paths = {p.stem: p for p in sorted(folder.glob("*.npy"))}
-    wanted = [f"{who}_{what}" for who in benchmark.subjects for what in sorted(benchmark.sentences)]
-    names = [name for name in wanted if name in paths]
-    if not names:
-        raise CorpusError.about(
-            folder,
-            found=f"none of {benchmark.name}'s test clips ({wanted[0]}.npy, …)",
-            allowed="SUBJECT_SENTENCE.npy, or a corpus",
-        )
-    faces = _templates(benchmark, folder, templates, {name.rpartition("_")[0] for name in names})
+    named = {} if benchmark is None else _published_clips(benchmark, folder, paths)
+    faces_at = _templates_file(folder, templates)
+    faces = checked_templates(faces_at, read_pickle(faces_at))
+    vertices = len(next(iter(faces.values())))
+    if benchmark is not None:
+        _check_topology(benchmark, vertices, faces_at)
+    else:
+        benchmark = _own(vertices, DATA_UNIT)
+        subjects = {name: subject_and_sentence(name, faces)[0] for name in paths}
+        named = {name: subject for name, subject in subjects.items() if subject}
+        if not named:
+            raise CorpusError.about(
+                folder, found="no SUBJECT_SENTENCE.npy", allowed=f"of subjects in {faces_at.name}"
+            )
+    for subject in sorted(set(named.values()) - set(faces)):
+        raise CorpusError.about(faces_at, found=f"no template of {subject}", allowed="one for each")
 
     def reader(name: str) -> Callable[[], VertexMotion]:
-        return lambda: read_prediction(paths[name], faces[name.rpartition("_")[0]])
+        return lambda: read_prediction(paths[name], faces[named[name]])
 
-    return Truth(benchmark, source, {name: reader(name) for name in names})
+    return Truth(benchmark, source, {name: reader(name) for name in named}, named)
 
 
-def _corpus_truth(benchmark: Benchmark, corpus: Corpus) -> Truth:
-    """The test clips of a corpus, by the numbers that the data set gives its sentences."""
-    if corpus.vertex_count != benchmark.topology.vertices:
+def _published_clips(benchmark: Benchmark, folder: Path, paths: dict[str, Path]) -> dict[str, str]:
+    """The test clips that are there, and their subjects. Raises CorpusError for none."""
+    wanted = {
+        f"{who}_{what}": who for who in benchmark.subjects for what in sorted(benchmark.sentences)
+    }
+    named = {name: who for name, who in wanted.items() if name in paths}
+    if not named:
         raise CorpusError.about(
-            corpus.folder,
-            found=f"{corpus.vertex_count} vertices",
-            allowed=f"{benchmark.topology.vertices}, {benchmark.topology.title}",
+            folder,
+            found=f"none of {benchmark.name}'s test clips ({next(iter(wanted))}.npy, …)",
+            allowed="SUBJECT_SENTENCE.npy, or a corpus",
+            remedy=f"`{OWN_DATA}` takes all clips of a data set of your own",
         )
+    return named
+
+
+def _own(vertices: int, unit: str) -> Benchmark:
+    """A data set of one's own, which may have a known mesh."""
+    known = topology_of(vertices) or Topology(OWN_DATA, "this data set's mesh", vertices, (), {})
+    return Benchmark(OWN_DATA, known, (), frozenset(), unit)
+
+
+def _check_topology(benchmark: Benchmark, vertices: int, source: Path) -> None:
+    topology = benchmark.topology
+    if vertices != topology.vertices:
+        raise CorpusError.about(
+            source,
+            found=f"{vertices} vertices",
+            allowed=f"{topology.vertices}, {topology.title}",
+            remedy=f"`{OWN_DATA}` takes any mesh",
+        )
+
+
+def _corpus_truth(benchmark: Benchmark | None, corpus: Corpus) -> Truth:
+    """The test clips of a corpus, by the numbers that the data set gives its sentences."""
+    tested = corpus.split().test if "default" in corpus.splits else ()
     clips: dict[str, Callable[[], VertexMotion]] = {}
+    subjects: dict[str, str] = {}
+    if benchmark is not None:
+        _check_topology(benchmark, corpus.vertex_count, corpus.folder)
     for entry in corpus.entries:
         sentence = entry.sentence.removeprefix(f"{entry.subject}_")
-        if entry.subject in benchmark.subjects and sentence in benchmark.sentences:
-            clips[f"{entry.subject}_{sentence}"] = _corpus_reader(corpus, entry.name)
-    if not clips:
+        if benchmark is None:
+            wanted = not tested or entry.name in tested
+        else:
+            wanted = entry.subject in benchmark.subjects and sentence in benchmark.sentences
+        if wanted:
+            name = f"{entry.subject}_{sentence}"
+            clips[name], subjects[name] = _corpus_reader(corpus, entry.name), entry.subject
+    if benchmark is None:
+        benchmark = _own(corpus.vertex_count, "m")
+    elif not clips:
         raise CorpusError.about(
             corpus.folder,
             found=f"none of {benchmark.name}'s test clips by number",
             allowed=f"{benchmark.subjects[0]}.{min(benchmark.sentences)} and the like",
             remedy="convert without texts, or name the folder vertices_npy",
         )
-    return Truth(benchmark, corpus.folder, clips)
+    return Truth(benchmark, corpus.folder, clips, subjects)
 
 
 def _corpus_reader(corpus: Corpus, name: str) -> Callable[[], VertexMotion]:
     return lambda: recorded_motion(corpus, name)
 
 
-def _templates(
-    benchmark: Benchmark, folder: Path, given: Path | None, subjects: set[str]
-) -> dict[str, NDArray[np.float32]]:
-    """Neutral faces of some subjects. Raises CorpusError where one is missing."""
+def _templates_file(folder: Path, given: Path | None) -> Path:
+    """The file of neutral faces. Raises CorpusError where there is none."""
     places = [given] if given else [folder / "templates.pkl", folder.parent / "templates.pkl"]
     path = next((place for place in places if place.is_file()), None)
     if path is None:
         raise CorpusError.about(
             places[-1], found="no such file", allowed="the data's templates.pkl"
         )
-    faces = checked_templates(path, read_pickle(path), benchmark.topology.vertices)
-    for subject in sorted(subjects - set(faces)):
-        raise CorpusError.about(path, found=f"no template of {subject}", allowed="one for each")
-    return faces
+    return path
 
 
 def read_prediction(path: Path, template: NDArray[np.float32]) -> VertexMotion:
@@ -222,11 +266,7 @@ def read_prediction(path: Path, template: NDArray[np.float32]) -> VertexMotion:
     vertices = read_vertices(path, len(template))
     if not len(vertices):
         raise CorpusError.about(path, found="no frame", allowed="one or more")
-    wrong = ~np.isfinite(vertices).all(axis=(1, 2))
-    if wrong.any():
-        raise CorpusError.about(
-            path, found=f"NaN or infinity in frame {int(wrong.argmax())}", allowed="finite numbers"
-        )
+    check_finite(vertices, path)
     return VertexMotion(vertices, template, 1.0)
 
 
@@ -260,14 +300,20 @@ def find_predictions(
     """
     if not folder.is_dir():
         raise CorpusError.about(folder, found="not a folder", allowed="a folder of predictions")
-    subjects = "|".join(map(re.escape, truth.benchmark.speakers))
-    pattern = re.compile(rf"(?:.*_)?((?:{subjects})_[^_]+)(?:_condition_(.+))?")
     found = []
     for path in sorted(folder.glob("*.npy")):
-        match = pattern.fullmatch(path.stem)
-        if match and match[1] in truth.clips:
-            found.append(Prediction(path, match[1], match[2] or ""))
-    chosen = [each for each in found if _wanted(each, condition)]
+        stem, _, under = path.stem.partition("_condition_")
+        words = stem.split("_")  # others may stand before
+        names = ("_".join(words[start:]) for start in range(len(words)))
+        clip = next((name for name in names if name in truth.clips), None)
+        if clip is not None:
+            found.append(Prediction(path, clip, under))
+    chosen = [
+        each
+        for each in found
+        if condition in (ALL, each.condition)
+        or (condition == OWN and each.condition == truth.subjects[each.clip])
+    ]
     missing = [name for name in truth.clips if name not in {each.clip for each in chosen}]
     if not chosen or (missing and not partial):
         named = ", ".join(missing[:NAMED_MOST]) + (" and more" if len(missing) > NAMED_MOST else "")
@@ -279,12 +325,6 @@ def find_predictions(
             remedy="`partial` scores those that are there" if chosen else "",
         )
     return sorted(chosen, key=lambda each: (each.clip, each.condition))
-
-
-def _wanted(prediction: Prediction, condition: str) -> bool:
-    if condition == OWN:
-        condition = prediction.clip.rpartition("_")[0]
-    return condition in (ALL, prediction.condition)
 
 
 def frames_apart(truth: Truth, predictions: Sequence[Prediction]) -> int:

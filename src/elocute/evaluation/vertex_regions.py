@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.corpus.topologies import Topology, published_indices
-from elocute.errors import CorpusError
-from elocute.files.array_reading import read_npy
+from elocute.errors import CorpusError, InputError
+from elocute.files.array_reading import read_npy, read_npz
 from elocute.files.json_records import INTEGER_MAX_DIGITS, parse_json
+from elocute.files.picked_points import PICKED_SUFFIX, picked_points
+from elocute.files.pickles.closed_pickle import read_pickle
 from elocute.files.reading import read_bytes, read_text
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
@@ -22,7 +25,9 @@ from elocute.one_line_repr import one_line
 FILE_MAX_BYTES = 16_000_000
 HASH_DIGITS = 12
 BUILTIN_REGIONS = ("lips", "upper_face", "eyes")
-ALLOWED = "a list of vertex numbers: .json, .txt or .npy"
+ALLOWED = "vertex numbers (.json, .txt, .npy), regions by name (.pkl, .npz), or picked points (.pp)"
+PICKED_OFF_SHARE = 0.02
+"""A picked point may lie so far off the mesh, as a share of its size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,16 +121,28 @@ def _places(head: HeadModel, which: str) -> NDArray[np.int64]:
     return np.unique(np.concatenate(parts)).astype(np.int64)
 
 
-def read_vertex_region(path: str | Path, vertex_count: int) -> VertexRegion:
+def read_vertex_region(
+    path: str | Path,
+    vertex_count: int,
+    *,
+    region: str = "",
+    template: NDArray[np.floating] | None = None,
+) -> VertexRegion:
     """Read a region from a file, FLAME's lips for example.
 
     Parameters
     ----------
     path : str or Path
-        Vertex numbers from 0 in any order: a list in a .json, numbers with white space or commas
-        between them in a .txt, or a one-dimensional array of integers in a .npy.
+        Vertex numbers from 0 in any order, or a truth value for each vertex: a list in a .json,
+        numbers with white space or commas between them in a .txt, an array in a .npy. A .pkl
+        (FLAME_masks.pkl), .npz or .json may hold several regions by name: FILE:NAME takes one. A
+        .pp has points picked in MeshLab, of which each means the nearest vertex.
     vertex_count : int
         Vertices of the topology.
+    region : str
+        Which of several regions is meant where `path` does not say it.
+    template : (vertex, 3), optional
+        The mesh that points were picked on, in their unit.
 
     Returns
     -------
@@ -137,13 +154,82 @@ def read_vertex_region(path: str | Path, vertex_count: int) -> VertexRegion:
     CorpusError
         For anything else, an empty list, or numbers beyond the topology.
     """
-    path = Path(path)
-    reader = _READERS.get(path.suffix.lower())
-    if reader is None:
+    path, named = _of_several(Path(path))
+    suffix = path.suffix.lower()
+    if suffix == PICKED_SUFFIX:
+        numbers = _picked(path, template)
+    elif suffix in _READERS:
+        value = _READERS[suffix](path)
+        if isinstance(value, dict):
+            value, named = _chosen(path, value, named, region)
+        numbers = _numbers(path, value, vertex_count)
+    else:
         raise CorpusError.about(path, found=f"suffix {path.suffix!r}", allowed=ALLOWED)
-    numbers = reader(path)
     _check(path, numbers, vertex_count)
-    return VertexRegion(f"file:{path.name}", np.unique(numbers.astype(np.int64)))
+    name = f"file:{path.name}" + (f":{named}" if named else "")
+    return VertexRegion(name, np.unique(numbers.astype(np.int64)))
+
+
+def _of_several(path: Path) -> tuple[Path, str]:
+    """The file and the region of FILE:NAME; a file that is called so goes first."""
+    file, colon, name = path.name.rpartition(":")
+    if colon and Path(file).suffix.lower() in _READERS and not path.exists():
+        return path.with_name(file), name
+    return path, ""
+
+
+def _chosen(path: Path, regions: dict[Any, Any], named: str, region: str) -> tuple[Any, str]:
+    """One of several regions, and its name. Raises CorpusError where none is meant."""
+    names = {str(name): value for name, value in regions.items()}
+    for wanted in (named, region):
+        alike = [n for n in names if n.casefold().replace(" ", "_") == wanted.casefold()]
+        if wanted and alike:
+            return names[alike[0]], alike[0]
+        if named:
+            break
+    if len(names) == 1 and not named:
+        return next(iter(names.values())), ""
+    raise CorpusError.about(
+        path,
+        found=f"no region {(named or region)[:60]!r}",
+        allowed=", ".join(sorted(names))[:300] or "named regions",
+        remedy=f"say which: {path.name}:NAME",
+    )
+
+
+def _numbers(path: Path, value: Any, vertex_count: int) -> NDArray[Any]:
+    """Vertex numbers, of a list or of a truth value for each vertex."""
+    if isinstance(value, list | tuple) and all(type(each) in (int, bool) for each in value):
+        value = np.array(value, None if value else np.int64)
+    if not isinstance(value, np.ndarray) or value.dtype == object:
+        raise CorpusError.about(path, found="no list of numbers", allowed=ALLOWED)
+    line = value.reshape(-1) if value.size == max(value.shape, default=0) else value
+    if line.shape == (vertex_count,) and np.isin(line, (0, 1)).all() and vertex_count > 2:
+        return np.flatnonzero(line)
+    return line
+
+
+def _picked(path: Path, template: NDArray[np.floating] | None) -> NDArray[np.int64]:
+    """The vertices nearest to points that were picked. Raises CorpusError for points elsewhere."""
+    if template is None:
+        raise CorpusError.about(path, found="picked points", allowed="with a mesh beside them")
+    text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+    rows = [row for row in picked_points(text, path) if row is not None]
+    if not rows:
+        raise CorpusError.about(path, found="no picked points", allowed=ALLOWED)
+    mesh = np.asarray(template, np.float64)
+    size = float(np.ptp(mesh, axis=0).max())
+    found = []
+    for row in rows:
+        away = np.linalg.norm(mesh - np.array(row), axis=1)
+        found.append(int(away.argmin()))
+        if away.min() > PICKED_OFF_SHARE * size:
+            raise CorpusError.about(
+                path,
+                found=f"a point {float(away.min()):.3g} off the neutral face, {size:.3g} large",
+                allowed="points picked on it, in its unit",
+            )
+    return np.array(found, np.int64)
 
 
 def _check(path: Path, numbers: NDArray[Any], vertex_count: int) -> None:
@@ -158,13 +244,9 @@ def _check(path: Path, numbers: NDArray[Any], vertex_count: int) -> None:
         )
 
 
-def _from_json(path: Path) -> NDArray[Any]:
-    """A JSON list of whole numbers."""
+def _from_json(path: Path) -> Any:
     data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
-    numbers = parse_json(data, path, allowed=ALLOWED, error=CorpusError)
-    if not isinstance(numbers, list) or not all(type(number) is int for number in numbers):
-        raise CorpusError.about(path, found="no list of numbers", allowed=ALLOWED)
-    return np.array(numbers, np.int64)
+    return parse_json(data, path, allowed=ALLOWED, error=CorpusError)
 
 
 def _from_text(path: Path) -> NDArray[Any]:
@@ -179,8 +261,24 @@ def _from_text(path: Path) -> NDArray[Any]:
 
 
 def _from_npy(path: Path) -> NDArray[Any]:
-    """An array of numbers."""
     return read_npy(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
 
 
-_READERS = {".json": _from_json, ".txt": _from_text, ".npy": _from_npy}
+def _from_npz(path: Path) -> dict[str, NDArray[Any]]:
+    return read_npz(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+
+
+def _from_pickle(path: Path) -> Any:
+    try:
+        return read_pickle(path, max_bytes=FILE_MAX_BYTES)
+    except InputError as error:
+        raise CorpusError(str(error)) from None
+
+
+_READERS: dict[str, Callable[[Path], Any]] = {
+    ".json": _from_json,
+    ".txt": _from_text,
+    ".npy": _from_npy,
+    ".npz": _from_npz,
+    ".pkl": _from_pickle,
+}

@@ -32,7 +32,7 @@ class ArrayFile:
     Parameters
     ----------
     path : str or Path
-        The file, of one axis or more, row after row (C order).
+        The file, of one axis or more; row after row is read fastest.
     allowed, remedy : str
         What kind of file is wanted, and how to get one; both appear in the error message.
     error : type of InputError
@@ -62,9 +62,10 @@ class ArrayFile:
         ):
             self._header = read_npy_header(file)
             self._start = file.tell()
-            if not self._header.shape or self._header.by_columns:
-                raise UnusableArrayError("no array of rows (C order)")
+            if not self._header.shape:
+                raise UnusableArrayError("a single number")
             check_size(file, self._header)
+        self._column_bytes = len(self) * self.dtype.itemsize
         self._opened = _Opened(self.path)
 
     @property
@@ -120,7 +121,8 @@ class ArrayFile:
         """
         start, stop, _ = slice(start, stop).indices(len(self))
         result = copy.copy(self)
-        result._start = self._start + start * self._row_bytes
+        step = self.dtype.itemsize if self._header.by_columns else self._row_bytes
+        result._start = self._start + start * step
         result._header = replace(self._header, shape=(max(stop - start, 0), *self.shape[1:]))
         return result
 
@@ -161,8 +163,7 @@ class ArrayFile:
     def _read_into(self, rows: NDArray[Any], first: int) -> None:
         """Fill rows with those of the file from `first` on."""
         try:
-            place = self._start + first * self._row_bytes
-            if not _fill_from(self._opened.file, rows, place):
+            if not self._filled(rows, first):
                 raise self._error.about(
                     self.path, found="cut short while it was read", allowed=self._allowed
                 )
@@ -170,6 +171,19 @@ class ArrayFile:
             raise self._error.about(
                 self.path, found=f"cannot be read ({problem.strerror})", allowed=self._allowed
             ) from problem
+
+    def _filled(self, rows: NDArray[Any], first: int) -> bool:
+        """False where the file ends early."""
+        file = self._opened.file
+        if not self._header.by_columns:
+            return _fill_from(file, rows, self._start + first * self._row_bytes)
+        columns = np.empty((math.prod(self.shape[1:]), len(rows)), self.dtype)
+        start = self._start + first * self.dtype.itemsize
+        for number, column in enumerate(columns):
+            if not _fill_from(file, column, start + number * self._column_bytes):
+                return False
+        rows[:] = columns.reshape(*self.shape[:0:-1], len(rows)).transpose()
+        return True
 
 
 class _Opened:

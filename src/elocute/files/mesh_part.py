@@ -86,7 +86,11 @@ def drawn_picture(image: Any, mode: Any) -> tuple[Any, str]:
     mode : str or None
         OPAQUE, MASK or BLEND, where the material says so.
     """
+    from PIL import Image
+
     clear = "A" in image.getbands() or "transparency" in image.info
+    if image.mode.startswith("I"):  # whole numbers of 16 bits, which are cut off at 255 otherwise
+        image = Image.fromarray((np.asarray(image, np.int64) >> 8).clip(0, 255).astype(np.uint8))
     if max(image.size) > PICTURE_SIDE_MAX:
         image.thumbnail((PICTURE_SIDE_MAX, PICTURE_SIDE_MAX))
     if mode == "OPAQUE" or not clear:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.array_types import FloatArray
+from elocute.array_types import Float64Array, FloatArray
 
 
 def nearest_rotation(covariance: FloatArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -56,6 +58,38 @@ def rigid_alignment(
     middle, goal = shares @ source, shares @ target
     rotation, _ = nearest_rotation((target - goal).T @ (shares[:, None] * (source - middle)))
     return rotation, goal - rotation @ middle
+
+
+@dataclass(frozen=True, eq=False)
+class Similarity:
+    """x → scale · rotation · x + shift."""
+
+    rotation: Float64Array
+    scale: float
+    shift: Float64Array
+
+    def __call__(self, points: Float64Array) -> Float64Array:
+        return self.scale * points @ self.rotation.T + self.shift
+
+
+def similarity_between(
+    source: Float64Array, target: Float64Array, weights: Float64Array
+) -> Similarity:
+    """The similarity that brings points nearest to others (Umeyama 1991).
+
+    Parameters
+    ----------
+    source, target
+        (point, 3) in one unit, point for point; three points or more off one line.
+    weights
+        (point,) how much each counts.
+    """
+    shares = weights / weights.sum()
+    middle, goal = shares @ source, shares @ target
+    near = source - middle
+    rotation, most = nearest_rotation((target - goal).T @ (shares[:, None] * near))
+    scale = float(most / (shares @ np.square(near).sum(axis=1)))
+    return Similarity(rotation, scale, goal - scale * rotation @ middle)
 
 
 def turned_degrees(rotation: FloatArray) -> float:

@@ -1,11 +1,12 @@
 """Recordings of single words by many speakers, as folders hold them.
 
     lipread_mp4/WORD/{train,val,test}/WORD_00001.mp4   LRW, with a .txt that says how long the word
-                                                        in the middle of the clip is
+                                                        in the middle of the picture is
     WORD/{train,val,test}/SPEAKER__TAKE.wav            split by the folder
     WORD/SPEAKER__TAKE.wav                             split by a hash of the speaker
 
-LRW does not say who speaks: each of its clips counts as a speaker of its own.
+LRW does not say who speaks: each of its clips counts as a speaker of its own. Its sound is a little
+longer than its picture, 29 frames at 25 a second, with which it begins.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from pathlib import Path
 
 from elocute.corpus.clip import NAME_PATTERN
 from elocute.errors import CorpusError
+from elocute.files.media import open_media
 from elocute.files.reading import read_text
 
 SUFFIXES = {".wav", ".flac", ".ogg", ".opus", ".mp3", ".m4a", ".mp4"}
@@ -28,6 +30,8 @@ DURATION = re.compile(
     r"^Duration:[ \t]*([0-9]{1,9}(?:\.[0-9]{1,30})?)[ \t]*seconds?[ \t\r]*$", re.MULTILINE
 )
 TXT_MAX_BYTES = 100_000
+LRW_S, LRW_LONGER_S = 29 / 25, 0.1
+"""How long a picture of LRW's lasts, and how much longer its sound may."""
 VALIDATION_SHARE, TEST_SHARE = 0.1, 0.1
 
 
@@ -170,8 +174,26 @@ def word_span(recordings: Path, recording: WordRecording, duration_s: float) -> 
             found=f"a word of {seconds:g} s" if match else "no line `Duration`",
             allowed=f"Duration: above 0, up to {duration_s:.2f} seconds",
         )
-    middle = duration_s / 2
+    middle = min(_picture_s(recordings / recording.audio, duration_s), duration_s) / 2
     return max(0.0, middle - seconds / 2), min(duration_s, middle + seconds / 2)
+
+
+def _picture_s(path: Path, duration_s: float) -> float:
+    """How long the picture lasts, s; as long as the sound where there is none.
+
+    The sound alone, taken out of a clip of LRW's, had a picture.
+    """
+    if path.suffix.lower() not in (".mp4", ".m4a"):
+        taken_out = LRW_NAME.fullmatch(path.stem) and LRW_S < duration_s < LRW_S + LRW_LONGER_S
+        return LRW_S if taken_out else duration_s
+    try:
+        with open_media(path) as media:
+            for stream in media.streams.video:
+                if stream.frames and stream.average_rate:
+                    return float(stream.frames / stream.average_rate)
+    except (OSError, ValueError):
+        pass  # what is wrong with it is said where its sound is read
+    return duration_s
 
 
 def _files(folder: Path) -> Iterator[tuple[Path, str]]:

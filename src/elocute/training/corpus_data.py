@@ -100,7 +100,8 @@ def clip_targets(corpus: Corpus, name: str, space: MotionSpace | None) -> np.nda
 
 def check_finite(name: str, *values: np.ndarray) -> None:
     """Raise CorpusError where a clip's values are not all finite."""
-    if not all(np.isfinite(each).all() for each in values):
-        raise CorpusError.about(
-            f"clip {name}", found="NaN or infinity", remedy="elocute corpus check"
-        )
+    for each in values:
+        finite = np.isfinite(each).reshape(len(each), -1).all(axis=1)
+        if not finite.all():
+            found = f"NaN or infinity in frame {int(np.argmin(finite))}"
+            raise CorpusError.about(f"clip {name}", found=found, remedy="elocute corpus check")

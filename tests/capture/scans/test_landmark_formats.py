@@ -165,3 +165,66 @@ def test_a_pts_that_is_none_is_one_line(tmp_path: Path, text: str, told: str) ->
     (tmp_path / "a.pts").write_text(text)
     with pytest.raises(CaptureError, match=told):
         read_landmarks(tmp_path / "a.pts")
+
+
+def picked(points: np.ndarray, first: int = 0, quote: str = '"') -> str:
+    rows = [
+        f"<point active={quote}1{quote} name={quote}{n}{quote} x={quote}{x:.7f}{quote} "
+        f"y={quote}{y:.7f}{quote} z={quote}{z:.7f}{quote}/>"
+        for n, (x, y, z) in enumerate(points, first)
+    ]
+    data = '<DocumentData><DataFileName name="face.ply"/></DocumentData>'
+    return (
+        f"<!DOCTYPE PickedPoints>\n<PickedPoints>\n {data}\n "
+        + "\n ".join(rows)
+        + "</PickedPoints>"
+    )
+
+
+@pytest.mark.parametrize("suffix", [".pp", ".npy", ".txt", ".json", ".pts"])
+@pytest.mark.parametrize("count", [68, 51])
+def test_all_points_or_those_without_the_jaw(tmp_path: Path, suffix: str, count: int):
+    """51 are what FLAME's embedding has, and what its users pick in MeshLab: iBUG's 18 to 68."""
+    points = np.random.default_rng(0).uniform(-0.1, 0.1, (count, 3))
+    path = tmp_path / f"face{suffix}"
+    lines = "\n".join(" ".join(f"{value:.7f}" for value in row) for row in points)
+    if suffix == ".npy":
+        np.save(path, points)
+    elif suffix == ".pts":
+        path.write_text(f"version: 1\nn_points: {count}\n{{\n{lines}\n}}")
+    else:
+        written = {".pp": picked(points), ".txt": lines, ".json": json.dumps(points.tolist())}
+        text = written[suffix]
+        path.write_text(f'{{"points": {text}}}' if suffix == ".json" else text)
+    found = read_landmarks(path, 2.0)
+    assert np.allclose(found.points[-count:], 2 * points, atol=1e-6)
+    assert np.isnan(found.points[:-count]).all() and (found.confidence[:-count] == 0).all()
+    assert (found.confidence[-count:] == 1).all() and found.enough
+
+
+def test_picked_points_go_by_their_numbers(tmp_path: Path):
+    points = np.random.default_rng(1).uniform(-0.1, 0.1, (51, 3))
+    rows = picked(points, 1, "'").split("\n ")
+    order = [rows[0], rows[1], *rows[:1:-1]]
+    text = "\n ".join(order).replace("</PickedPoints>", "") + "</PickedPoints>"
+    (tmp_path / "a.pp").write_text(text)
+    assert np.allclose(read_landmarks(tmp_path / "a.pp").points[17:], points, atol=1e-6)
+    taken_back = picked(points).replace('active="1" name="3"', 'active="0" name="3"')
+    (tmp_path / "a.pp").write_text(taken_back)
+    found = read_landmarks(tmp_path / "a.pp")
+    assert np.isnan(found.points[20]).all() and np.isfinite(found.points[21]).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "no picked points"),
+        (picked(np.zeros((5, 3))), r"5 points\); allowed: 68 points .* or 51 without the jaw"),
+        ('<point name="1" x="0" y="0"/>', "point 0 without x, y, z"),
+        ('<point x="nan" y="0" z="0"/>', "point 0 without x, y, z"),
+    ],
+)
+def test_picked_points_that_are_none(tmp_path: Path, text: str, told: str):
+    (tmp_path / "a.pp").write_text(text)
+    with pytest.raises(CaptureError, match=told):
+        read_landmarks(tmp_path / "a.pp")

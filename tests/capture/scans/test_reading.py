@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -24,17 +23,6 @@ def test_ply_round_trip_keeps_points_triangles_and_colours(tmp_path: Path, scans
     assert np.allclose(found.points, scans[0].points, atol=1e-7)
     assert (found.triangles == scans[0].triangles).all()
     assert found.colors is not None and (found.colors == scans[0].colors).all()
-
-
-def test_plain_reader_and_trimesh_agree(tmp_path: Path, scans: list[Scan]):
-    import trimesh
-
-    write_scan(tmp_path / "0.ply", scans[0].points, scans[0].triangles)
-    mesh: Any = trimesh.load(tmp_path / "0.ply", process=False)
-    mesh.export(tmp_path / "1.ply", encoding="ascii")  # another layout: not the fast path
-    fast, slow = read_scan(tmp_path / "0.ply"), read_scan(tmp_path / "1.ply")
-    assert np.allclose(fast.points, slow.points, atol=1e-5)
-    assert (fast.triangles == slow.triangles).all()
 
 
 def test_textured_obj_is_welded_and_coloured(tmp_path: Path):
@@ -87,6 +75,17 @@ def test_nan_points_and_stray_parts_go_and_are_told(scans: list[Scan]):
     found, notes = checked_scan(dirty)
     assert np.isfinite(found.points).all() and found.points.max() < 0.9
     assert any("not finite" in note for note in notes) and any("stray" in note for note in notes)
+
+
+def test_triangles_that_share_no_points_are_joined_and_told(scans: list[Scan]):
+    """As programs write them that list the points of every triangle anew."""
+    whole = checked_scan(scans[0])[0]
+    corners = whole.triangles.ravel()
+    apart = np.arange(len(corners), dtype=np.int32).reshape(-1, 3)
+    colors = None if whole.colors is None else whole.colors[corners]
+    found, notes = checked_scan(Scan("x", whole.points[corners], apart, colors))
+    assert len(found.points) == len(whole.points) and found.boundary.sum() == whole.boundary.sum()
+    assert notes == ("points of its triangles were apart, and were joined",)
 
 
 def test_empty_and_flat_scans_are_refused(scans: list[Scan]):

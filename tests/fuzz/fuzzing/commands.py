@@ -157,7 +157,6 @@ _MODULES = (
     "elocute.head.registry",
     "elocute.corpus.corpus_checks",
     "elocute.corpus.importers.registry",
-    "trimesh",
 )
 _ANIMATE = ("elocute.animation", "elocute.audio.read")
 

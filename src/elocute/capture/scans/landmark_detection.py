@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from trimesh.registration import procrustes
 
 from elocute.array_types import Float64Array
 from elocute.capture.scans.landmarks import LANDMARK_COUNT, Landmarks, no_landmarks
@@ -29,6 +28,7 @@ from elocute.export.render.stage import Stage
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mediapipe_face_mesh import IRIS
 from elocute.head.mesh import head_from_arrays
+from elocute.numerics.rigid_alignment import similarity_between
 
 LandmarkDetector = Callable[[NDArray[np.uint8]], tuple[Float64Array, Float64Array] | None]
 """Takes a picture (height, width, 3) sRGB; gives points (68, 2) in pixels, x to the right and y
@@ -182,10 +182,7 @@ def _plausible(found: Landmarks) -> Landmarks:
     model, places = head.template[head.landmarks[known]].astype(float), found.points[known]
     trust = found.confidence[known]
     for _ in range(PLAUSIBLE_STEPS):
-        matrix = np.asarray(
-            procrustes(model, places, weights=trust, reflection=False, return_cost=False)
-        )
-        off = np.linalg.norm(model @ matrix[:3, :3].T + matrix[:3, 3] - places, axis=1)
+        off = np.linalg.norm(similarity_between(model, places, trust)(model) - places, axis=1)
         trust = found.confidence[known] * np.exp(-np.square(off / OFF_M))
     confidence = found.confidence.copy()
     confidence[known] = trust

@@ -20,8 +20,11 @@ from typing import Any
 from elocute.errors import CaptureError
 from elocute.files.json_records import finite_number, parse_json
 
-LANDMARK_COUNT = 68
-ALLOWED = f"{LANDMARK_COUNT} points of x, y, z in the unit of the scan"
+LANDMARK_COUNT, JAW_COUNT = 68, 17
+ALLOWED = (
+    f"{LANDMARK_COUNT} points of x, y, z in the unit of the scan, or "
+    f"{LANDMARK_COUNT - JAW_COUNT} without the jaw line"
+)
 LandmarkPoint = list[float] | None
 """x, y, z; None for a point that is not seen."""
 
@@ -60,6 +63,22 @@ def ljson_points(text: str, path: Path) -> list[LandmarkPoint]:
     if isinstance(groups, dict):
         return _placed(path, *_chosen_group(path, groups))
     return _placed(path, *_points_and_labels(path, record))
+
+
+def listed_points(text: str, path: Path) -> list[LandmarkPoint]:
+    """The points of a .txt, x y z in each line, with white space or commas between them.
+
+    Raises CaptureError for a file of another kind.
+    """
+    rows = [line.replace(",", " ").split() for line in text.splitlines()]
+    rows = [row for row in rows if row and not row[0].startswith("#")]
+    try:
+        points = [[float(word) for word in row] for row in rows]
+    except ValueError:
+        raise _refused(path, "words that are no numbers") from None
+    if any(len(row) != 3 for row in points):
+        raise _refused(path, "lines of other than x, y, z")
+    return whole_face(points, path)
 
 
 def pts_points(text: str, path: Path) -> list[LandmarkPoint]:
@@ -140,9 +159,7 @@ def _placed(path: Path, points: list[LandmarkPoint], labels: LabelledPoints) -> 
     """Rows in iBUG's order: by labels that are known, else as they come."""
     known = [(name, mask) for name, mask in labels if name in PLACES]
     if not known:
-        if len(points) != LANDMARK_COUNT:
-            raise _refused(path, f"{len(points)} points{_label_list(labels)}")
-        return points
+        return whole_face(points, path, _label_list(labels))
     placed: dict[int, LandmarkPoint] = {}
     for name, mask in known:
         places = PLACES[name]
@@ -150,6 +167,18 @@ def _placed(path: Path, points: list[LandmarkPoint], labels: LabelledPoints) -> 
             raise _refused(path, f"{len(mask)} points of {name}, which has {len(places)}")
         placed |= {place: points[index] for place, index in zip(places, mask, strict=True)}
     return [placed.get(place) for place in range(LANDMARK_COUNT)]
+
+
+def whole_face(points: list[Any], path: Path, labels: str = "") -> list[Any]:
+    """68 points; the 51 that FLAME's and MeshLab's users pick leave out the jaw line.
+
+    Raises CaptureError for another number.
+    """
+    if len(points) == LANDMARK_COUNT - JAW_COUNT:
+        points = [None] * JAW_COUNT + points
+    if len(points) != LANDMARK_COUNT:
+        raise _refused(path, f"{len(points)} points{labels}")
+    return points
 
 
 def _row(path: Path, point: Any) -> LandmarkPoint:

@@ -12,17 +12,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
-from elocute.capture.scans.landmark_formats import LANDMARK_COUNT, ljson_points, pts_points
+from elocute.capture.scans.landmark_formats import (
+    ALLOWED,
+    JAW_COUNT,
+    LANDMARK_COUNT,
+    listed_points,
+    ljson_points,
+    pts_points,
+    whole_face,
+)
 from elocute.errors import CaptureError
+from elocute.files.array_reading import read_npy
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import parse_json
+from elocute.files.picked_points import PICKED_SUFFIX, picked_points
 from elocute.files.reading import read_text
 
 GOOD_MIN = 20
 """Landmarks below which a scan is flagged."""
 CONFIDENT = 0.3
 FILE_MAX_BYTES = 1_000_000
-JAW_LINE = range(17)
+BESIDE_SUFFIXES = (".ljson", ".json", ".pts", PICKED_SUFFIX)
+"""In the order in which they are looked for beside a scan."""
+LANDMARK_SUFFIXES = (*BESIDE_SUFFIXES, ".npy", ".txt")
+JAW_LINE = range(JAW_COUNT)
 """The contour of the jaw: where it lies depends on the view, so it counts little."""
 
 
@@ -76,23 +89,24 @@ def no_landmarks() -> Landmarks:
 
 
 def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
-    """68 points from a file, in the unit of its scan.
+    """68 points from a file, in the unit of its scan; 51 are those without the jaw line.
 
     .json    {"points": [[x, y, z], …], "confidence": [c, …]}; null for a point not known
     .ljson   the Menpo project's, versions 1 to 3, by its labels (`landmark_formats`)
     .pts     "version: 1, n_points: 68 { x y z … }"
+    .pp      points picked in MeshLab, by their names where these are numbers
+    .npy     (68 or 51, 3); .txt: x y z in each line
 
     Raises CaptureError for another count, flat points and anything that cannot be read.
     """
     path = Path(path)
-    readers = {".json": _json_points, ".ljson": _ljson_points, ".pts": _pts_points}
-    reader = readers.get(path.suffix.lower())
-    if reader is None:
-        raise CaptureError.about(path, found="no landmarks", allowed=" ".join(readers))
-    allowed = f"{LANDMARK_COUNT} points of x, y, z in the unit of the scan"
-    text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=CaptureError)
+    suffix = path.suffix.lower()
+    if suffix not in LANDMARK_SUFFIXES:
+        allowed = " ".join(LANDMARK_SUFFIXES)
+        raise CaptureError.about(path, found="no landmarks", allowed=allowed)
     try:
-        points, confidence = reader(text, path)
+        points, confidence = _points(path, suffix)
+        points = whole_face(points, path)
         points = [[math.nan] * 3 if p is None or None in p else p for p in points]
         array = np.array(points, np.float64)
         if array.shape != (LANDMARK_COUNT, 3):
@@ -106,7 +120,7 @@ def read_landmarks(path: str | Path, unit_m: float = 1.0) -> Landmarks:
     except (ValueError, TypeError, AttributeError, IndexError, OverflowError) as error:
         reason = " ".join(str(error).split())[:80]
         raise CaptureError.about(
-            path, found=f"no landmarks that can be used ({reason})", allowed=allowed
+            path, found=f"no landmarks that can be used ({reason})", allowed=ALLOWED
         ) from error
 
 
@@ -129,9 +143,15 @@ def _json_points(text: str, path: Path) -> tuple[list[Any], Any]:
     return record["points"], record.get("confidence")
 
 
-def _ljson_points(text: str, path: Path) -> tuple[list[Any], None]:
-    return ljson_points(text, path), None
-
-
-def _pts_points(text: str, path: Path) -> tuple[list[Any], None]:
-    return pts_points(text, path), None
+def _points(path: Path, suffix: str) -> tuple[list[Any], Any]:
+    """The points of a file, and confidences where it has them."""
+    if suffix == ".npy":
+        array = read_npy(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CaptureError)
+        return array.tolist() if array.ndim == 2 else [], None
+    text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CaptureError)
+    if suffix == ".json":
+        return _json_points(text, path)
+    if suffix == PICKED_SUFFIX:
+        return picked_points(text, path, CaptureError), None
+    readers = {".ljson": ljson_points, ".pts": pts_points, ".txt": listed_points}
+    return readers[suffix](text, path), None

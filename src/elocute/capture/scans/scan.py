@@ -17,6 +17,8 @@ from elocute.one_line_repr import one_line
 
 POINTS_RANGE = (500, 4_000_000)
 WINDING_POINTS = 2_000
+SOUP_SHARE = 0.5
+"""A scan with fewer different places than this share of its points has them apart by triangle."""
 STRAY_SHARE = 0.001
 """A separate part with a smaller share of the points than this is removed."""
 
@@ -87,6 +89,12 @@ def checked_scan(scan: Scan) -> tuple[Scan, tuple[str, ...]]:
         in metres (the unit that fits is named).
     """
     notes = []
+    points, triangles, colors = welded(scan.points, scan.triangles, scan.colors)
+    if len(points) < SOUP_SHARE * len(
+        scan.points
+    ):  # of programs that write one triangle after the other
+        notes.append("points of its triangles were apart, and were joined")
+        scan = replace(scan, points=points, triangles=triangles, colors=colors)
     finite = np.asarray(np.isfinite(scan.points).all(axis=1), bool)
     if not finite.all():
         notes.append(f"{(~finite).sum()} points were not finite")
@@ -164,3 +172,27 @@ def _check_size(scan: Scan) -> None:
     raise CaptureError.about(
         scan.name, found=f"a size of {size:.4g} m", allowed=f"{low} to {high} m", remedy=remedy
     )
+
+
+def welded(
+    points: NDArray[np.float64], faces: NDArray[np.integer], colors: NDArray[np.uint8] | None
+) -> tuple[NDArray[np.float64], NDArray[np.integer], NDArray[np.uint8] | None]:
+    """Points (point, 3), triangles and mean colours, where points at the same place are one."""
+    first, place = _same_places(points)
+    if colors is not None:
+        count = np.bincount(place)
+        total = [np.bincount(place, band) for band in colors.T.astype(np.float64)]
+        colors = np.round(np.stack(total, axis=1) / count[:, None]).astype(np.uint8)
+    return points[first], place[faces], colors
+
+
+def _same_places(
+    points: NDArray[np.floating],
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Points that a seam of the texture doubled, found again by their bytes."""
+    raw = np.ascontiguousarray(points, np.float64).view(np.dtype((np.void, 24))).ravel()
+    _, first, place = np.unique(raw, return_index=True, return_inverse=True)
+    order = np.argsort(first)  # as they come in the file
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return first[order], rank[place.ravel()]

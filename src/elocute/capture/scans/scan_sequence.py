@@ -14,7 +14,13 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
-from elocute.capture.scans.landmarks import GOOD_MIN, Landmarks, no_landmarks, read_landmarks
+from elocute.capture.scans.landmarks import (
+    BESIDE_SUFFIXES,
+    GOOD_MIN,
+    Landmarks,
+    no_landmarks,
+    read_landmarks,
+)
 from elocute.capture.scans.scan import Scan
 from elocute.capture.scans.scan_file import SUFFIXES, read_scan, unit_m
 from elocute.corpus.clip import check_name
@@ -27,7 +33,6 @@ FORMAT, VERSION = "elocute-scans", 1
 MANIFEST_MAX_BYTES = 1_000_000
 NUMBER_MAX = 1_000_000
 TEXT_MAX, NAME_MAX = 10_000, 200
-LANDMARK_SUFFIXES = (".ljson", ".json", ".pts")
 
 
 @dataclass(frozen=True)
@@ -147,7 +152,7 @@ class ScanSequence:
         """The file of the frame's landmarks, if there is one."""
         stem = self.file(number).stem
         for folder in (self.folder, self.folder / "landmarks"):
-            for suffix in LANDMARK_SUFFIXES:
+            for suffix in BESIDE_SUFFIXES:
                 if (folder / (stem + suffix)).is_file():
                     return folder / (stem + suffix)
         return None

@@ -14,7 +14,7 @@ from elocute.errors import InputError
 
 if TYPE_CHECKING:
     from elocute.evaluation.benchmark import BenchmarkScore, SequenceScore
-    from elocute.evaluation.benchmark_files import Benchmark
+    from elocute.evaluation.benchmark_files import Benchmark, Truth
     from elocute.evaluation.vertex_regions import VertexRegion
 
 COLUMNS = (
@@ -28,7 +28,9 @@ COLUMNS = (
 
 
 def benchmark_command(
-    dataset: str = typer.Argument(..., help="Whose protocol: vocaset or biwi."),
+    dataset: str = typer.Argument(
+        ..., help="Whose protocol: vocaset, biwi, or own for a data set of your own."
+    ),
     predictions: list[Path] = typer.Argument(
         ..., help="Folders of SUBJECT_SENTENCE_condition_SUBJECT.npy, one for each method."
     ),
@@ -40,11 +42,11 @@ def benchmark_command(
     ),
     lips: list[Path] | None = typer.Option(
         None,
-        help="A further list of lip vertices (.json, .txt or .npy) beside the published one. Can "
-        "be repeated.",
+        help="A list of lip vertices (.json, .txt, .npy, .npz, MeshLab's .pp, or FLAME_masks.pkl, "
+        "of which FILE:NAME takes a region) beside the published one. Can be repeated.",
     ),
     upper_face: Path | None = typer.Option(
-        None, help="Upper-face vertices of FDD in place of the published list."
+        None, help="Upper-face vertices of FDD in place of the published list, likewise."
     ),
     condition: str = typer.Option(
         "all",
@@ -66,24 +68,29 @@ def benchmark_command(
     LVE² is the squared distance of the worst lip vertex in each frame, LVE the distance; FDD² is
     counted from squared distances, as CodeTalker's code does, and FDD from distances, as its paper
     writes.
+
+    With `own` every clip of the truth is compared (of a corpus with a test part, that part), on any
+    mesh; where it is not FLAME's or BIWI's, --lips and --upper-face are needed.
     """
     from elocute.cli.outputs import plan_files
     from elocute.cli.tables import check_tables, write_tables
     from elocute.evaluation.benchmark import benchmark_scores, score_predictions
     from elocute.evaluation.benchmark_files import (
+        OWN_DATA,
         benchmark_named,
         find_predictions,
         frames_apart,
         open_benchmark_truth,
     )
 
-    benchmark = benchmark_named(dataset)
+    benchmark = None if dataset == OWN_DATA else benchmark_named(dataset)
     names = _method_names(predictions)
     files = check_tables(table)
     lists = [path for path in (*(lips or ()), upper_face, templates) if path is not None]
     plan = plan_files([*predictions, truth, *lists], files, overwrite, no_clobber)
-    regions, upper = _regions(benchmark, lips or [], upper_face)
     recorded = open_benchmark_truth(benchmark, truth, templates)
+    benchmark = recorded.benchmark
+    regions, upper = _regions(recorded, lips or [], upper_face)
     found = [
         find_predictions(recorded, folder, condition=condition, partial=partial)
         for folder in predictions
@@ -129,19 +136,28 @@ def _method_names(folders: list[Path]) -> list[str]:
 
 
 def _regions(
-    benchmark: Benchmark, lips: list[Path], upper_face: Path | None
+    truth: Truth, lips: list[Path], upper_face: Path | None
 ) -> tuple[list[VertexRegion], VertexRegion]:
     """The published list of lips and those of files; the upper face."""
     from elocute.evaluation.vertex_regions import published_region, read_vertex_region
 
-    topology = benchmark.topology
-    more = [read_vertex_region(path, topology.vertices) for path in lips]
-    upper = (
-        published_region(topology, "upper_face")
-        if upper_face is None
-        else read_vertex_region(upper_face, topology.vertices)
-    )
-    return [published_region(topology, "lips"), *more], upper
+    topology, face = truth.benchmark.topology, next(iter(truth.clips.values()))().template
+    if not topology.published and (not lips or upper_face is None):
+        raise InputError.about(
+            f"{truth.source}, a mesh of {topology.vertices} vertices",
+            found="no published lists",
+            allowed="--lips FILE and --upper-face FILE",
+        )
+
+    def read(path: Path, which: str) -> VertexRegion:
+        return read_vertex_region(path, topology.vertices, region=which, template=face)
+
+    more = [read(path, "lips") for path in lips]
+    if topology.published:
+        more.insert(0, published_region(topology, "lips"))
+    if upper_face is None:
+        return more, published_region(topology, "upper_face")
+    return more, read(upper_face, "upper_face")
 
 
 def _note(method: str, scores: list[SequenceScore], clips: int, step: int) -> str:

@@ -47,8 +47,8 @@ def corpus_command(
     ),
     lips: Path | None = typer.Option(
         None,
-        help="Lip vertices for LVE (.json, .txt or .npy); by default those of the built-in head, "
-        "or the published list for FLAME and BIWI.",
+        help="Lip vertices for LVE (.json, .txt, .npy, .npz, .pkl or .pp); by default those of the "
+        "built-in head, or the published list for FLAME and BIWI.",
     ),
     upper_face: Path | None = typer.Option(None, help="Upper-face vertices for FDD, likewise."),
     contacts: str = Bare,
@@ -138,10 +138,11 @@ def measure_of(corpus: Corpus, lips: Path | None, upper_face: Path | None) -> Me
     head, count = load_builtin_head(), corpus.vertex_count
     ours = corpus.topology == head.name and count == head.vertex_count
     known = topology_of(count)
+    face = corpus.template(corpus.subjects[0])
 
     def chosen(path: Path | None, name: str) -> VertexRegion | None:
         if path is not None:
-            return read_vertex_region(path, count)
+            return read_vertex_region(path, count, region=name, template=face)
         if ours:
             return builtin_region(name)
         return published_region(known, name) if known else None

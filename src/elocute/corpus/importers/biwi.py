@@ -12,8 +12,8 @@ SUBJECT.obj or neutral.obj or neutral.vl.
 
 from __future__ import annotations
 
-import io
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -24,11 +24,13 @@ from elocute.array_types import Float32Array
 from elocute.audio.read import read_audio
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
+from elocute.corpus.importers.frame_gaps import filled, frame_rows
 from elocute.corpus.importers.import_report import Progress, SkippedClips, require_clips
 from elocute.corpus.importers.length_scale import metres_per_unit
 from elocute.corpus.importers.split_choice import choose_splits
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
+from elocute.files.meshes import read_mesh_file
 from elocute.files.reading import bytes_text, read_bytes
 
 FPS = 25.0
@@ -42,8 +44,6 @@ SOUND_NAMES = (
     "{subject}/{sentence}/{sentence}.wav",
 )
 """As distributed (`_cut` is trimmed to the motion), and as people sort them."""
-OBJ_WORDS_MAX = 6
-"""Of a line: a corner after the fourth is not looked at."""
 
 
 def convert_biwi(
@@ -105,8 +105,9 @@ def convert_biwi(
                 skipped.add("no sound", f"{subject} {sentence}")
                 continue
             try:
-                frames = _frames(folder, len(first), notes)
-                writer.add(Clip(subject, sentence, "", read_audio(sound), frames * turn))
+                heard = read_audio(sound)
+                frames = _frames(folder, len(first), heard.duration_s, notes)
+                writer.add(Clip(subject, sentence, "", heard, frames * turn))
             except (AudioError, _BrokenFrameError) as error:
                 skipped.add(str(error), f"{subject} {sentence}")
         require_clips(writer, source, skipped.notes(), _names_looked_for(source))
@@ -170,28 +171,11 @@ def read_neutral_obj(path: Path) -> tuple[Float32Array, NDArray[np.int32]]:
     CorpusError
         For a file that is not a mesh.
     """
-    vertices: list[list[float]] = []
-    faces: list[list[int]] = []
-    try:
-        data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed=".obj", error=CorpusError)
-        for line in io.StringIO(data.decode("latin-1")):
-            kind, *words = line.split(maxsplit=OBJ_WORDS_MAX) or [""]
-            if kind == "v":
-                vertices.append([float(word) for word in words[:3]])
-            elif kind == "f":
-                corners = [int(word.split("/")[0]) for word in words[: OBJ_WORDS_MAX - 1]]
-                corners = [c - 1 if c > 0 else len(vertices) + c for c in corners]
-                faces.append([*corners, corners[-1]][:4])
-        points = np.array(vertices, np.float32)
-        quads = np.array(faces, np.int32).reshape(-1, 4)
-    except (ValueError, IndexError, OverflowError) as error:
-        if isinstance(error, CorpusError):
-            raise
-        raise CorpusError.about(path, found="no mesh that can be read", allowed=".obj") from error
-    fits = points.ndim == 2 and points.shape[1] == 3 and np.isfinite(points).all()
-    if not fits or (quads.size and not 0 <= quads.min() <= quads.max() < len(points)):
-        raise CorpusError.about(path, found="no vertices, or faces of others", allowed=".obj")
-    return points, quads
+    mesh = read_mesh_file(path, max_bytes=FILE_MAX_BYTES, error=CorpusError, cloud=True)
+    points = mesh.vertices.astype(np.float32)
+    if not np.isfinite(points).all():
+        raise CorpusError.about(path, found="NaN or infinity", allowed="a finite mesh")
+    return points, mesh.quads().astype(np.int32)
 
 
 def _root(source: Path) -> Path:
@@ -209,7 +193,7 @@ def _sentences(source: Path) -> Iterator[Path]:
 def _has_vl(folder: Path) -> bool:
     """Whether a folder holds frames."""
     with os.scandir(folder) as entries:
-        return any(entry.name.endswith(".vl") for entry in entries)
+        return any(entry.name.endswith(".vl") and entry.name[0] != "." for entry in entries)
 
 
 def _neutral_faces(
@@ -280,25 +264,36 @@ def _names_looked_for(source: Path) -> str:
     return f"name sounds {names} in audio/ or wav/{seen}"
 
 
-def _frames(folder: Path, count: int, notes: list[str]) -> Float32Array:
-    """(frame, vertex, 3) of one sentence. Raises CorpusError for broken frames and topologies."""
-    paths = sorted(folder.glob("*.vl"), key=lambda path: (_number(path), path.name))
+def _frames(folder: Path, count: int, sound_s: float, notes: list[str]) -> Float32Array:
+    """(frame, vertex, 3) of one sentence, short gaps filled.
+
+    Raises _BrokenFrameError for broken frames and long gaps, CorpusError for other topologies.
+    """
+    # What begins with a point is left by a Mac beside each file.
+    paths = [path for path in folder.glob("*.vl") if path.name[0] != "."]
+    paths.sort(key=lambda path: (_number(path), path.name))
     frames = np.empty((len(paths), count, 3), np.float32)
     for row, path in zip(frames, paths, strict=True):
         vertices = read_vl(path)
         if len(vertices) != count:
             raise _topology(path, len(vertices), count)
+        if not np.isfinite(vertices).all():
+            raise _BrokenFrameError.about(path, found="NaN or infinity", allowed="finite numbers")
         row[:] = vertices
-    numbers = [_number(path) for path in paths]
-    if missing := numbers[-1] - numbers[0] + 1 - len(numbers):
-        notes.append(f"{folder.parent.name} {folder.name}: {missing} frames missing")
-    return frames
+    try:
+        numbers = [_number(path) for path in paths]
+        rows, told = frame_rows(numbers, 1, FPS, sound_s)
+    except CorpusError as error:
+        raise _BrokenFrameError(str(error)) from None
+    if told:
+        notes.append(f"{folder.parent.name} {folder.name}: {told}")
+    return filled(frames, rows)
 
 
 def _number(path: Path) -> int:
     """The number of a frame in its file's name."""
-    digits = "".join(c for c in path.stem if c.isdecimal())
-    return int(digits[-9:]) if digits else 0
+    digits = re.findall(r"[0-9]+", path.stem)
+    return int(digits[-1][-9:]) if digits else 0
 
 
 def _topology(path: Path, found: int, expected: int) -> CorpusError:

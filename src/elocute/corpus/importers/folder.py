@@ -19,6 +19,7 @@ from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.frame_rates import choose_frame_rate
 from elocute.corpus.importers.foreign_arrays import FLOATS, checked_templates, open_float_array
+from elocute.corpus.importers.frame_gaps import check_finite
 from elocute.corpus.importers.import_report import Progress, SkippedClips, require_clips
 from elocute.corpus.importers.length_scale import metres_per_unit
 from elocute.corpus.importers.published_splits import VOCASET_SUBJECTS
@@ -92,10 +93,12 @@ def convert_folder(
         for array, subject, number in _usable(
             arrays, templates, sounds, leave_out, skipped, progress
         ):
-            vertices = read_vertices(array, len(templates[subject])) * np.float32(scale)
+            vertices = read_vertices(array, len(templates[subject]))
             text = words.get((subject, number), "")
             try:
+                check_finite(vertices, array)
                 sound = read_audio(source / "wav" / f"{array.stem}.wav")
+                vertices *= np.float32(scale)
                 clip = Clip(subject, _sentence(subject, number, text), text, sound, vertices)
                 writer.add(clip)
                 numbers[clip.name] = number
@@ -146,7 +149,7 @@ def _usable(
     for done, array in enumerate(arrays, 1):
         if progress:
             progress(done / len(arrays))
-        subject, number = _subject_and_sentence(array.stem, templates)
+        subject, number = subject_and_sentence(array.stem, templates)
         if {array.stem, subject, f"{subject}.{number}"} & leave_out:
             continue
         if not subject or array.stem not in sounds:
@@ -162,8 +165,21 @@ def _sentence(subject: str, number: str, text: str) -> str:
     return number
 
 
-def _subject_and_sentence(stem: str, templates: dict[str, Any]) -> tuple[str, str]:
-    """Subject and sentence of SUBJECT_SENTENCE; a subject's own name may contain `_`."""
+def subject_and_sentence(stem: str, templates: dict[str, Any]) -> tuple[str, str]:
+    """Subject and sentence of a file called SUBJECT_SENTENCE.
+
+    Parameters
+    ----------
+    stem : str
+        The name of the file without its suffix.
+    templates : dict of str
+        The known subjects, whose own names may contain `_`.
+
+    Returns
+    -------
+    subject, sentence : str
+        "" and the whole name for an unknown subject.
+    """
     for subject in sorted(templates, key=len, reverse=True):
         if stem.startswith(f"{subject}_"):
             return subject, stem[len(subject) + 1 :]
@@ -200,4 +216,5 @@ def read_vertices(path: Path, count: int) -> NDArray[np.float32]:
             found=f"shape {array.shape}, {found} vertices",
             allowed=f"(frames, {count}, 3) or (frames, {3 * count}), {count} vertices",
         )
-    return np.asarray(array, np.float32).reshape(len(array), count, 3)
+    with np.errstate(over="ignore"):  # what is then infinite is told
+        return np.array(array, np.float32).reshape(len(array), count, 3)

@@ -14,7 +14,7 @@ from elocute.errors import AudioError, CorpusError
 from elocute.files.array_file import ArrayFile
 from elocute.files.json_records import finite_number
 
-FLOATS = "a .npy of floats, row after row, no Python objects"
+FLOATS = "a .npy of floats, no Python objects"
 NAME_MAX = 120
 RATE_MAX = 1_000_000
 
@@ -43,13 +43,12 @@ def checked_template(source: Path, name: str, value: Any, vertices: int | None) 
     CorpusError
         For anything but finite numbers of this shape.
     """
-    template: NDArray[Any] = value if isinstance(value, np.ndarray) else np.zeros(0)
-    fits = template.dtype.kind in "fiu" and template.ndim == 2 and template.shape[1] == 3
-    if not fits or not len(template):
+    template = _as_array(value)
+    fits = template is not None and template.dtype.kind in "fiu" and template.ndim == 2
+    if template is None or not fits or template.shape[1] != 3 or not len(template):
+        kind = f"a {type(value).__name__}" if template is None else f"of shape {template.shape}"
         raise CorpusError.about(
-            source,
-            found=f"the template of {name} is of shape {template.shape}",
-            allowed="(vertices, 3) numbers",
+            source, found=f"the template of {name} is {kind}", allowed="(vertices, 3) numbers"
         )
     if vertices is not None and len(template) != vertices:
         raise CorpusError.about(
@@ -62,6 +61,16 @@ def checked_template(source: Path, name: str, value: Any, vertices: int | None) 
     if not np.isfinite(single).all():
         raise CorpusError.about(source, found=f"the template of {name} is not finite")
     return single
+
+
+def _as_array(value: Any) -> NDArray[Any] | None:
+    """An array, or lists of numbers of one length as one; None for anything else."""
+    if isinstance(value, list | tuple):
+        try:
+            return np.array([list(row) for row in value])
+        except (ValueError, TypeError):
+            return None
+    return value if isinstance(value, np.ndarray) else None
 
 
 def checked_templates(

@@ -13,6 +13,11 @@ Progress = Callable[[float], None] | None
 NAMED_MAX = 3
 
 
+def count_of(number: int, what: str) -> str:
+    """A number of things: `1 frame`, `2 frames`."""
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
 class SkippedClips:
     """Clips left out, by reason: named one by one while they are few, counted where many."""
 

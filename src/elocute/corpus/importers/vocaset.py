@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
@@ -24,6 +23,7 @@ from elocute.corpus.importers.foreign_arrays import (
     one_line_name,
     open_float_array,
 )
+from elocute.corpus.importers.frame_gaps import check_finite, filled, frame_rows
 from elocute.corpus.importers.import_report import Progress, require_clips
 from elocute.corpus.importers.published_splits import VOCASET_SUBJECTS
 from elocute.corpus.importers.split_choice import choose_splits
@@ -101,9 +101,9 @@ def convert_vocaset(
                 if missing := _missing(indices, sound):
                     notes.append(f"{subject} {number}: no {missing}")
                     continue
-                places = _rows(source, subject, number, indices, len(vertices), notes)
+                places = _rows(source, subject, number, indices, len(vertices))
                 text = words.get((subject, number), "")
-                clip = _clip(subject, number, text, sound, vertices[places], notes, writer.entries)
+                clip = _clip(subject, number, text, sound, vertices, places, notes, writer.entries)
                 if clip is not None:
                     writer.add(clip)
                     numbers[clip.name] = number
@@ -223,10 +223,8 @@ def _without_template(
     return [f"{name}: no template" for name in sorted({*rows, *sounds} - set(templates))]
 
 
-def _rows(
-    source: Path, subject: str, number: str, indices: Any, count: int, notes: list[str]
-) -> NDArray[np.int64]:
-    """Rows of one sentence in the order of its frames. Raises CorpusError out of range."""
+def _rows(source: Path, subject: str, number: str, indices: Any, count: int) -> dict[int, int]:
+    """Frames of one sentence, rising, and their rows. Raises CorpusError out of range."""
     about = f"{source / 'subj_seq_to_idx.pkl'} ({subject} {number})"
     try:
         pairs = sorted((_whole(frame), _whole(row)) for frame, row in indices.items())
@@ -242,9 +240,7 @@ def _rows(
         raise CorpusError.about(
             about, found=f"row {rows[wrong.argmax()]}", allowed=f"0 to {count - 1}"
         )
-    if missing := int(frames[-1] - frames[0] + 1 - len(frames)):
-        notes.append(f"{subject} {number}: {missing} frames missing between others")
-    return rows
+    return dict(zip(frames.tolist(), rows.tolist(), strict=True))
 
 
 def _whole(value: Any) -> int:
@@ -259,7 +255,8 @@ def _clip(
     number: str,
     text: str,
     sound: Any,
-    frames: NDArray[Any],
+    vertices: ArrayFile,
+    rows: dict[int, int],
     notes: list[str],
     there: Sequence[ClipEntry],
 ) -> Clip | None:
@@ -269,7 +266,12 @@ def _clip(
         sentence = f"{sentence}-{number}"  # the same words said twice by one subject
     try:
         waveform = checked_waveform(sound["audio"], sound["sample_rate"])
-        return Clip(subject, sentence, text, waveform, frames.astype(np.float32))
+        places, told = frame_rows(list(rows), 0, FPS, waveform.duration_s)
+        frames = vertices[list(rows.values())].astype(np.float32)
+        check_finite(frames, vertices.path)
+        if told:
+            notes.append(f"{subject} {number}: {told}")
+        return Clip(subject, sentence, text, waveform, filled(frames, places))
     except (AudioError, CorpusError) as error:
         notes.append(f"{subject} {number}: {error}")
     except (KeyError, TypeError, IndexError):

@@ -30,7 +30,7 @@ def _head(path: Path) -> None:
 def _vertex_list(path: Path) -> None:
     from elocute.evaluation.vertex_regions import read_vertex_region
 
-    read_vertex_region(path, 100)
+    read_vertex_region(path, 100, region="lips")
 
 
 def _frame(path: Path) -> None:
@@ -84,7 +84,7 @@ READERS: tuple[Reader, ...] = (
         "vertex list",
         seeds.vertex_lists,
         only(_vertex_list),
-        {"*.npy": "npy", "*.json": "json", "*.txt": "text"},
+        {"*.npy": "npy", "*.json": "json", "*.npz": "npz", "*.pkl": "pickle", "*.txt": "text"},
         ("elocute.evaluation.vertex_regions",),
     ),
     Reader("track", seeds.tracks, _track, {"*.npz": "npz"}, ("elocute.corpus.importers.grid",)),

@@ -53,7 +53,7 @@ def _scan(folder: Path, _out: Path) -> None:
     from elocute.capture.scans.scan_file import read_scan
     from elocute.errors import CaptureError
 
-    path = next(path for path in folder.iterdir() if path.suffix in (".ply", ".obj"))
+    path = next(path for path in folder.iterdir() if path.suffix in (".ply", ".obj", ".stl"))
     scan = read_scan(path)
     with contextlib.suppress(CaptureError):  # none of the seeds has points enough
         checked_scan(scan)
@@ -89,8 +89,8 @@ READERS: tuple[Reader, ...] = (
         "scan",
         seeds.scans,
         _scan,
-        {"*.ply": "ply", "*.obj": "text", "*.mtl": "text", "*.png": "png"},
-        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file", "trimesh"),
+        {"*.ply": "ply", "*.obj": "text", "*.mtl": "text", "*.png": "png", "*.stl": "bytes"},
+        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file"),
         short=150,
     ),
     Reader(
@@ -98,7 +98,7 @@ READERS: tuple[Reader, ...] = (
         seeds.meshes,
         only(_mesh),
         {"*.ply": "ply", "*.obj": "text"},
-        ("elocute.head.registry", "trimesh"),
+        ("elocute.head.registry",),
         short=150,
     ),
     Reader(
@@ -152,7 +152,7 @@ READERS: tuple[Reader, ...] = (
         seeds.textures,
         _scan,
         {"skin.png": "png", "skin.*": "bytes"},
-        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file", "trimesh"),
+        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file"),
         short=100,
     ),
 )

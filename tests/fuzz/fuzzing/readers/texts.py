@@ -180,7 +180,7 @@ READERS: tuple[Reader, ...] = (
         "landmarks",
         seeds.landmarks,
         only(_landmarks),
-        {"*.json": "json", "*.ljson": "json", "*.pts": "text"},
+        {"*.json": "json", "*.ljson": "json", "*.npy": "npy", "*.*": "text"},
         ("elocute.capture.scans.landmarks",),
     ),
     Reader(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import pickle
 import shutil
 import struct
 from pathlib import Path
@@ -156,7 +157,7 @@ def meshes(folder: Path) -> None:
 
 
 def big_endian(folder: Path) -> None:
-    """A .ply in the order of bytes that our own reader leaves to trimesh."""
+    """A .ply in the other order of bytes, and one of triangles and quads."""
     head = small_head()
     opening = (
         f"ply\nformat binary_big_endian 1.0\nelement vertex {VERTICES}\nproperty float x\n"
@@ -164,8 +165,13 @@ def big_endian(folder: Path) -> None:
         "property list uchar int vertex_indices\nend_header\n"
     )
     faces = b"".join(struct.pack(">B3i", 3, *map(int, row)) for row in head.triangles)
-    data = opening.encode() + head.template.astype(">f4").tobytes() + faces
-    (place(folder, "big_endian") / "mesh.ply").write_bytes(data)
+    points = head.template.astype(">f4").tobytes()
+    (place(folder, "big_endian") / "mesh.ply").write_bytes(opening.encode() + points + faces)
+    quad = struct.pack(">B4i", 4, *map(int, [*head.triangles[0], head.triangles[1][2]]))
+    mixed = opening.encode() + points + quad + faces[len(quad) - 4 :]
+    (place(folder, "mixed") / "mesh.ply").write_bytes(mixed)
+    strip = opening.replace("element face", "element tristrips").encode()
+    (place(folder, "strips") / "mesh.ply").write_bytes(strip + points + faces)
 
 
 def scans(folder: Path) -> None:
@@ -179,6 +185,13 @@ def scans(folder: Path) -> None:
     head = small_head()
     colours = np.full((VERTICES, 3), 120, np.uint8)
     write_scan(place(folder, "ours") / "scan.ply", head.template, head.triangles, colours)
+    import trimesh
+
+    solid = trimesh.Trimesh(head.template, head.triangles, process=False)
+    for kind in ("stl", "stl_ascii"):
+        data: Any = solid.export(file_type=kind)
+        data = data.encode() if isinstance(data, str) else data
+        (place(folder, kind) / "scan.stl").write_bytes(data)
     textured = place(folder, "textured")
     lines = ["mtllib scan.mtl", "usemtl skin"]
     lines += [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in head.template[:12]]
@@ -211,6 +224,9 @@ def vertex_lists(folder: Path) -> None:
     np.save(place(folder, "npy") / "lips.npy", numbers)
     (place(folder, "json") / "lips.json").write_text(json.dumps(numbers.tolist()))
     (place(folder, "txt") / "lips.txt").write_text("1, 5 9\n30\n")
+    regions = {"lips": numbers, "brows": np.arange(100) < 9}
+    np.savez(place(folder, "npz") / "lips.npz", **regions)
+    (place(folder, "pkl") / "lips.pkl").write_bytes(pickle.dumps(regions))
 
 
 def frames(folder: Path) -> None:

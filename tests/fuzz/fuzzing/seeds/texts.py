@@ -6,6 +6,8 @@ import contextlib
 import json
 from pathlib import Path
 
+import numpy as np
+
 from tests.fuzz.fuzzing.seeds.making import place, small_head, small_motion
 from tests.fuzz.fuzzing.seeds.media import encoded, write_wav
 
@@ -146,6 +148,12 @@ def landmarks(folder: Path) -> None:
     (place(folder, "ljson3") / "00000.ljson").write_text(json.dumps(groups))
     rows = "\n".join(" ".join(f"{x:.4f}" for x in row) for row in points)
     (place(folder, "pts") / "00000.pts").write_text(f"version: 1\nn_points: 68\n{{\n{rows}\n}}\n")
+    (place(folder, "txt") / "00000.txt").write_text(rows)
+    np.save(place(folder, "npy") / "00000.npy", points[17:])
+    picked = "".join(
+        f'<point name="{n}" x="{x}" y="{y}" z="{z}"/>\n' for n, (x, y, z) in enumerate(points)
+    )
+    (place(folder, "pp") / "00000.pp").write_text(f"<PickedPoints>\n{picked}</PickedPoints>")
 
 
 def capture_folders(folder: Path) -> None:
