@@ -71,7 +71,8 @@ def test_it_is_read_and_written(name: bytes, encoding: str, folder: Path) -> Non
         cwd=folder,
         PYTHONIOENCODING=encoding,
     )
-    assert (done.returncode, done.stderr) == (0, b""), done.stderr
+    told = [line for line in done.stderr.splitlines() if b"no speech heard" not in line]
+    assert (done.returncode, told) == (0, []), done.stderr
     assert done.stdout.count(b"\n") == len(made) and b"\x1b" not in done.stdout
     assert sorted(os.fsencode(path.name) for path in folder.iterdir()) == sorted([name, *made])
 

@@ -31,6 +31,13 @@ KNOWN = {
     "speech.json": '[{"AudioOffset": 500000, "VisemeId": 21}, {"AudioOffset": 2e6, "VisemeId": 2}]',
 }
 """What is known of speech.wav and of lines to be spoken."""
+CURVES = {
+    "recorded.csv": "Timecode,JawOpen,HeadYaw,HeadPitch,HeadRoll\n"
+    "00:00:00:00.000,0,0,0,0\n00:00:00:01.000,0.2,0,0.1,0\n",
+    "a2f.json": '{"exportFps": 30, "facsNames": ["jawOpen"], "weightMat": [[0.1], [0.2]]}',
+    "azure.json": json.dumps([{"FrameIndex": 0, "BlendShapes": [[0.1] * 55] * 2}]),
+}
+"""A face moved by other programs."""
 
 
 def speech(seconds: float = SPEECH_S) -> tuple[np.ndarray, int]:
@@ -174,6 +181,8 @@ def file_maker(
         elif name == "parameters.npz":
             solve = "solve", one("flame_talk.npz"), "--flame", one("generic_model.pkl")
             run(*solve, "-o", place)
+        elif name in CURVES:
+            place.write_text(CURVES[name])
         elif name == "tracked":
             _make_tracked(place)
         elif name == "flame_corpus":

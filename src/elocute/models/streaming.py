@@ -39,6 +39,7 @@ from elocute.models.protocol import (
 from elocute.models.registry import DEFAULT_MODEL, open_model
 from elocute.models.style_mixes import checked_style
 from elocute.motion.curves import Curves
+from elocute.numerics.frame_rates import frame_rate
 from elocute.numerics.input_checks import NUMBERS_MAX, array_of, real_number
 from elocute.numerics.quaternions import no_turn
 from elocute.numerics.resampling import frames_in
@@ -127,7 +128,7 @@ class CurveStream:
     ) -> None:
         check_animation_settings(fps, strength)
         self._contacts = lays_contacts(contacts)
-        self.model, self.fps = model, float(fps)
+        self.model, self.fps = model, float(frame_rate(fps))
         self.sample_rate = check_rate("stream", sample_rate)
         self._style = model.style(checked_style(style), outputs=mixes_outputs(mix))
         self._strength = strength
@@ -444,6 +445,7 @@ def stream(
 
     alive, feeling = resolve_life(life), resolve_mood(mood)
     check_animation_settings(fps, strength)
+    fps = frame_rate(fps)
     opened = open_model(model)
     curves = CurveStream(
         opened,
