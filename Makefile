@@ -1,6 +1,7 @@
 # make demo   a talking head from a shipped speech clip, in out/
 # make demo-wild   the second paper's chain, small: capture to recurrent model, in out/wild
-# make test   everything that is tested
+# make test   what is tested while one works: minutes
+# make test-all   everything that is tested, what takes long too: CI runs this
 # make coverage   the same, and how much of each package it ran; slower
 # make site   the documentation, in build/site
 # All set up their own .venv from a fresh clone; nothing else is needed but Python and make.
@@ -9,7 +10,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 SOURCES := pyproject.toml hatch_build.py $(shell find src web/src -type f -not -name '*.pyc' 2>/dev/null)
 
-.PHONY: demo demo-wild test coverage check site clean
+.PHONY: demo demo-wild test test-all coverage check site clean
 
 demo: .venv/ready-demo
 	mkdir -p out
@@ -22,10 +23,13 @@ demo-wild: .venv/ready-dev
 	$(BIN)/python -m recipes.demo_wild out/wild
 
 test: .venv/ready-dev
-	$(BIN)/python -m pytest -n auto --dist loadscope
+	$(BIN)/python -m pytest -n auto --durations=25 -m "not slow"
+
+test-all: .venv/ready-dev
+	$(BIN)/python -m pytest -n auto --durations=25
 
 coverage: .venv/ready-dev
-	$(BIN)/python -m pytest -n auto --dist loadscope --cov --cov-report=
+	$(BIN)/python -m pytest -n auto --cov --cov-report=
 	$(BIN)/python scripts/coverage
 
 check: .venv/ready-dev

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes
+import gc
 import importlib.util
 import io
 import os
 import pickle
 import struct
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,8 +30,34 @@ from tests.support import documented_shapes
 documented_shapes.install()  # before anything of the package is imported
 
 from tests.support.commands import run_python  # noqa: E402
+from tests.support.once_a_run import once_a_run  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
+SPREAD = ("tests/test_documented.py",)
+"""Long files whose costly fixtures are made once a run: any worker may take any test of them."""
+LARGE = ("elocute.head.looks", "elocute.adoption", "elocute.animation", "elocute.export")
+"""Modules whose caches hold tens of megabytes."""
+FIRST = ("propagation", "cli", "capture", "study", "adoption", "export")
+"""Where the longest files are: last, they would be waited for by one worker alone."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """A worker takes whole files, in the order of collection: their fixtures are made once."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class ByFile(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return nodeid if nodeid.startswith(SPREAD) else super()._split_scope(nodeid)
+
+    config.option.loadscopereorder = False
+    return ByFile(config, log)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Packages with long files come first."""
+    order = {name: place for place, name in enumerate(FIRST)}
+    items.sort(key=lambda item: order.get(item.path.relative_to(ROOT).parts[1], len(order)))
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -37,6 +66,20 @@ def own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ELOCUTE_STATE", str(tmp_path_factory.mktemp("state")))
         yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forgotten() -> Iterator[None]:
+    """What modules keep of large things, as pictures and dressed heads, does not add up."""
+    yield
+    for name, module in list(sys.modules.items()):
+        if name.startswith(LARGE):
+            for kept in list(vars(module).values()):
+                if hasattr(kept, "cache_clear"):
+                    kept.cache_clear()
+    gc.collect()
+    if sys.platform == "linux":
+        ctypes.CDLL(None).malloc_trim(0)  # the allocator gives back what was freed
 
 
 @pytest.fixture
@@ -267,7 +310,14 @@ def learn(
     from elocute.training.voca.training_data import prepare
 
     def trained_on(sentences: int, epochs: int) -> Learned:
-        folder = tmp_path_factory.mktemp("learned")
+        folder = once_a_run(
+            tmp_path_factory,
+            f"learned_{sentences}_{epochs}",
+            lambda folder: train(folder, sentences, epochs),
+        )
+        return Learned(open_corpus(folder / "corpus"), folder / "model.onnx")
+
+    def train(folder: Path, sentences: int, epochs: int) -> None:
         made = make_corpus(folder / "corpus", sentences=sentences)
         own = tuple(entry.name for entry in made.entries if entry.sentence.startswith("own"))
         taught = tuple(entry.name for entry in made.entries if entry.name not in own)
@@ -280,7 +330,6 @@ def learn(
         trained = fit(prepare(corpus, config, resolve_encoder(config.encoder)), config)
         torch.set_num_threads(threads)
         export_voca(trained, corpus, folder / "model.onnx", "a test")
-        return Learned(corpus, folder / "model.onnx")
 
     return trained_on
 
@@ -303,14 +352,22 @@ def speech_shards(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) ->
 
     Parameters weigh those shapes of the built-in head that speech uses, as if learned.
     """
+    pytest.importorskip("pyarrow")
+    from elocute.corpus.shards import open_shards
+
+    root = once_a_run(tmp_path_factory, "shards", lambda root: write_shards(root, speech_wav))
+    return open_shards(root / "shards", root / "sounds")
+
+
+def write_shards(root: Path, speech_wav: Path) -> None:
+    """The folders `shards` and `sounds` of `speech_shards`."""
     from dataclasses import replace
 
     import soundfile
 
-    pytest.importorskip("pyarrow")
     from elocute.articulation.driver import articulate
     from elocute.audio.read import read_audio
-    from elocute.corpus.shards import WordClip, open_shards, shard_writer
+    from elocute.corpus.shards import WordClip, shard_writer
     from elocute.encoders.protocol import FEATURE_RATE
     from elocute.encoders.registry import resolve_encoder
     from elocute.head.builtin import load_builtin_head
@@ -320,7 +377,6 @@ def speech_shards(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) ->
     fps, head, names = 30.0, load_builtin_head(), speech_names()
     places = [head.expression_names.index(name) for name in names]
     shapes = replace(head, expression_names=names, expression_basis=head.expression_basis[places])
-    root = tmp_path_factory.mktemp("shards")
     (root / "sounds").mkdir()
     whole = read_audio(speech_wav)
     soundfile.write(root / "sounds" / "talk.flac", whole.samples, whole.sample_rate)
@@ -346,7 +402,6 @@ def speech_shards(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) ->
             )
             writer.add(clip)
             first, number = first + frames, number + 1
-    return open_shards(root / "shards", root / "sounds")
 
 
 @pytest.fixture(scope="session")
@@ -357,8 +412,9 @@ def wild(tmp_path_factory: pytest.TempPathFactory, need: Callable[[object, str],
     for name in ("flite", "festival", "espeak-ng"):
         need(shutil.which(name), name)
     pytest.importorskip("pocketsphinx", reason="needs the extra `wild`")
-    folder = tmp_path_factory.mktemp("wild") / "words"
-    run_python(
-        "-m", "recipes.build_words", folder, "--words", 4, "--speakers", 3, check=True, cwd=ROOT
-    )
-    return folder
+    words = ("--words", 4, "--speakers", 3)
+
+    def make(folder: Path) -> None:
+        run_python("-m", "recipes.build_words", folder / "words", *words, check=True, cwd=ROOT)
+
+    return once_a_run(tmp_path_factory, "wild", make) / "words"

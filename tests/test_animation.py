@@ -155,6 +155,7 @@ def test_what_cannot_be_is_refused(sound, options, says):
         animate(sound, **options)
 
 
+@pytest.mark.slow
 def test_ten_minutes_need_little_memory(sound, tmp_path):
     """Half an hour would show the same: what grows is one row of weights per frame."""
     import soundfile

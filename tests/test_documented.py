@@ -39,6 +39,7 @@ from tests.support.commands import run_apart, run_python
 from tests.support.documented_files import file_maker
 from tests.support.documented_pages import (
     BLOCKS,
+    FIRST_PAGES,
     LINES,
     LOOKS,
     NAMED,
@@ -48,13 +49,14 @@ from tests.support.documented_pages import (
     RUN,
     UNDERSTOOD,
 )
+from tests.support.once_a_run import folder_of_run
 
 NOT_RUN_MAX = 5
 SMALLER = {
     r"say .*\.mp4": "--size 64 --fps 10",
     r"animate .*\.(mp4|webm|mov)": "--size 64 --fps 10",
     r"(render|edit) .*\.mp4": "--size 64 --fps 10",
-    r"head sample": "--size 128",
+    r"head sample": "--size 128 --count 3",
     r"capture scans": "--jobs 1",
     r"capture simulate": "--seconds 0.05 --points 15000",
     r"train voca": "--epochs 1",
@@ -73,7 +75,9 @@ def give(
     tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest, run: Callable
 ) -> Callable:
     """give("talk.npz") makes that file once."""
-    return file_maker(tmp_path_factory.mktemp("documented"), request, run)
+    folder = folder_of_run(tmp_path_factory) / "documented"
+    folder.mkdir(exist_ok=True)
+    return file_maker(folder, request, run)
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +115,15 @@ def split(line: str) -> tuple[list[str], list[str]]:
     return words, reads
 
 
-@pytest.mark.parametrize("line", RUN)
+def by_page(pages: dict[str, str]) -> list[Any]:
+    """What is on no page that everybody reads is marked slow."""
+    return [
+        pytest.param(what, marks=[] if page in FIRST_PAGES else [pytest.mark.slow])
+        for what, page in reversed(pages.items())
+    ]
+
+
+@pytest.mark.parametrize("line", by_page(RUN))
 def test_a_command_runs(
     line: str,
     give: Callable,
@@ -181,8 +193,9 @@ def understood(words: list[str]) -> bool:
     return True
 
 
-@pytest.mark.parametrize("line", UNDERSTOOD)
-def test_a_command_that_is_not_run_is_understood(line: str) -> None:
+@pytest.mark.parametrize("line", [*UNDERSTOOD, *(line for line in RUN if "<" not in line)])
+def test_a_command_is_understood(line: str) -> None:
+    """Those that are not run, and those that only CI runs."""
     assert understood(shlex.split(line)[1:])
 
 
@@ -203,6 +216,7 @@ def test_a_command_that_a_sentence_names_is_there(name: str) -> None:
         command = command.commands[word]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
     dict.fromkeys(line for line in LINES if line.startswith("python -m ")),
@@ -265,7 +279,7 @@ def test_the_edit_list_of_the_page_is_the_example() -> None:
     assert shown and all(each in examples for each in shown)
 
 
-@pytest.mark.parametrize("page", PYTHON)
+@pytest.mark.parametrize("page", by_page({page: page for page in PYTHON}))
 def test_python_of_a_page_runs(
     page: str,
     give: Callable,

@@ -32,6 +32,7 @@ def speech(tmp_path_factory: pytest.TempPathFactory, speech_wav: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_an_animator_gets_scenes_and_videos(speech: Path, tmp_path: Path) -> None:
     said = run("animator.py", speech, tmp_path / "out", "--size", 64)
     broad, calm = (float(number) for number in re.findall(r"([\d.]+) mm", said))
@@ -47,6 +48,7 @@ def test_an_avatar_gets_every_frame_in_order(speech: Path) -> None:
     assert max(frame["curves"].get("jawOpen", 0) for frame in frames) > 0.1
 
 
+@pytest.mark.slow
 def test_a_researcher_trains_and_measures(tmp_path: Path) -> None:
     pytest.importorskip("lightning_fabric", reason="needs the extra `train`")
     said = run("research.py", tmp_path / "out", "--epochs", 2)
@@ -54,6 +56,7 @@ def test_a_researcher_trains_and_measures(tmp_path: Path) -> None:
     assert len(errors) == 12 and all(0 < float(error) < 30 for *_, error in errors)
 
 
+@pytest.mark.slow
 def test_a_capture_knows_its_error(tmp_path: Path) -> None:
     pytest.importorskip("scipy", reason="needs the extra `capture`")
     said = run("capture.py", tmp_path / "out", "--seconds", 0.07, "--points", 15000)

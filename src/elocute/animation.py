@@ -54,6 +54,7 @@ from elocute.motion.curves import Curves, curves_from_motion, motion_from_curves
 from elocute.motion.edits.applying import shaped
 from elocute.motion.edits.edit_list import EditList, edits_of
 from elocute.motion.motion import Motion
+from elocute.numerics.frame_rates import frame_rate
 from elocute.numerics.input_checks import check_kind
 from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import brief
@@ -147,6 +148,8 @@ def animate(
     strength: float = 1.0,
     model: str | Path = DEFAULT_MODEL,
     channel: int | None = None,
+    track: int | None = None,
+    partial: bool = False,
     phones: PhoneTimes | SpeechTimes | None = None,
     text: str | None = None,
     language: str = "en-us",
@@ -168,7 +171,7 @@ def animate(
     rate : int, optional
         Sample rate of an array, Hz.
     fps : float
-        Frames per second of the motion, 1 to 240.
+        Frames per second of the motion, 1 to 240; 29.97 is taken for 30000/1001.
     identity : str, int or Path
         A face of the head: a seed, or a JSON file of coefficients in standard deviations; of the
         built-in head also a name.
@@ -185,7 +188,12 @@ def animate(
     model : str or Path
         "articulation", "talkers", "voca", "crnn", or a trained model (.onnx).
     channel : int, optional
-        The channel to take, from 0; all of them are averaged otherwise.
+        The channel to take, from 0; all of them are averaged otherwise, but for channels that
+        cancel each other, of which the loudest is taken.
+    track : int, optional
+        The audio track to take of a file with several, from 0; the first otherwise.
+    partial : bool
+        Whether a file that was cut off is taken as far as it goes.
     phones : list of (float, float, str) or SpeechTimes, optional
         Start in s, end in s and ARPAbet phone, where these are known; they replace the phones
         that the encoder recognises. Or what `elocute.audio.read_speech_times` read; times of words
@@ -233,11 +241,12 @@ def animate(
         ModelError for models and styles.
     """
     check_animation_settings(fps, strength)
+    fps = frame_rate(fps)
     finished, outputs = lays_contacts(contacts), mixes_outputs(mix)
     check_kind("progress", progress, (Callable, type(None)), "a function or None")
     alive, feeling = resolve_life(life), resolve_mood(mood)
     known = known_speech(phones, text, language)
-    sound = resolve_speech(speech, rate, channel)
+    sound = resolve_speech(speech, rate, channel, track=track, partial=partial, notes=known.notes)
     chosen = open_model(model)
     resolved = chosen.style(checked_style(style), outputs=outputs)
     wanted = None if edits is None else edits_of(edits)
@@ -245,7 +254,7 @@ def animate(
     rig, person = _rig(head, mesh, identity, own_shapes=not chosen.makes_contacts)
     rig = chosen.rig(replace(rig, look=_look(look, head, identity, rig)))
     face = LivingFace(rig, alive, feeling, person)
-    with _sound_blocks(sound, channel) as blocks:
+    with _sound_blocks(sound, channel, known.notes) as blocks:
         listener = _Listener(face.stream(blocks.sample_rate))
         features, duration_s = extract_features(
             chosen,
@@ -257,9 +266,12 @@ def animate(
     span = FrameSpan.whole(frames_in(duration_s, fps), fps)
     rows = rows_of_frames(listener.rows(), 0, 0, span.count, fps)
 
+    stirred: list[float] = []
+
     def made(manner: Manner) -> tuple[Curves, NDArray[np.float32] | None]:
         moved = strength_in_mood(strength, manner.mood)
         mouth = chosen.curves(features, manner.style, span, moved, contacts=finished)
+        stirred.append(float(np.ptp(mouth.values, axis=0).max(initial=0)))
         lived = replace(face, mood=manner.mood)
         return lived.curves(mouth, rows), lived.rotations(rows)
 
@@ -270,7 +282,26 @@ def animate(
         curves = curves_from_motion(motion).select(curves.names)
     if known.phones is not None and chosen.encoder != "phones":
         known.tell(f"{chosen.name} takes {chosen.encoder}: phones move its contacts alone")
+    if max(stirred, default=0.0) < STIRRED:
+        known.tell(_unheard(sound))
+    if rig.character is not None:
+        known.notes.extend(rig.character.notes)
     return Animation(motion, curves, sound, tuple(known.notes), tuple(known.words))
+
+
+STIRRED = 0.02
+"""A mouth whose curves change less rests throughout."""
+
+
+def _unheard(sound: Path | Waveform) -> str:
+    """What to know where nothing was heard."""
+    from elocute.audio.read import probe_audio
+
+    told = "no speech heard: the mouth stays as it is"
+    tracks = () if isinstance(sound, Waveform) else probe_audio(sound).tracks
+    if tracks:
+        told += f"; it has {len(tracks)} audio tracks, of which `track` takes another"
+    return told
 
 
 class _Listener:
@@ -370,8 +401,10 @@ def _face(coefficients: bytes) -> HeadModel:
 
 
 @contextmanager
-def _sound_blocks(sound: Path | Waveform, channel: int | None) -> Iterator[SoundBlocks]:
-    """Blocks of sound, each with the share of the whole it completes."""
+def _sound_blocks(
+    sound: Path | Waveform, channel: int | None, notes: list[str]
+) -> Iterator[SoundBlocks]:
+    """Blocks of sound, each with the share of the whole it completes; notes on it are added."""
     if isinstance(sound, Waveform):
         yield blocks_of(sound)
         return
@@ -380,6 +413,7 @@ def _sound_blocks(sound: Path | Waveform, channel: int | None) -> Iterator[Sound
     with open_audio(sound, channel=channel) as stream:
         promised = (stream.duration_s or math.inf) * stream.sample_rate
         yield SoundBlocks(stream.sample_rate, _with_progress(stream.blocks(), promised))
+        notes += stream.notes
 
 
 def _with_progress(

@@ -29,7 +29,16 @@ SHOWN_MAX = 600
 
 
 class ElocuteError(Exception):
-    """Base of every error that Elocute raises on purpose."""
+    """Base of every error that Elocute raises on purpose; its message is one line."""
+
+    def __init__(self, *told: object) -> None:
+        # What a library says of a file may have lines of its own.
+        super().__init__(*map(_in_one_line, told))
+
+
+def _in_one_line(told: object) -> object:
+    lines = told.splitlines() if isinstance(told, str) else []
+    return " ".join(line.strip() for line in lines if line.strip()) if len(lines) > 1 else told
 
 
 class ElocuteWarning(UserWarning):

@@ -28,6 +28,8 @@ def find_phones(
     language: str = "en-us",
     rate: int | None = None,
     channel: int | None = None,
+    track: int | None = None,
+    partial: bool = False,
 ) -> TimedSpeech:
     """Find when each phone of a speech is said, and each word where words are known.
 
@@ -46,6 +48,10 @@ def find_phones(
         Sample rate of an array, Hz.
     channel : int, optional
         The channel to take instead of their mean.
+    track : int, optional
+        The audio track to take of a file with several, from 0.
+    partial : bool
+        Whether a file that was cut off is taken as far as it goes.
 
     Returns
     -------
@@ -62,16 +68,20 @@ def find_phones(
     """
     if text is not None and times is not None:
         raise InputError.about("`times`", found="`text` too", allowed="one of them")
-    sound = resolve_speech(speech, rate, channel)
-    heard, duration_s = _heard(sound, channel)
+    told: list[str] = []
+    sound = resolve_speech(speech, rate, channel, track=track, partial=partial, notes=told)
+    heard, duration_s = _heard(sound, channel, told)
     if text is not None:
-        return _aligned(Transcript.of_text(text, language), heard, duration_s, ())
+        return _aligned(Transcript.of_text(text, language), heard, duration_s, tuple(told))
     if times is not None:
-        notes = (*times.notes, *times.check(duration_s))
+        notes = (*told, *times.notes, *times.check(duration_s))
         if times.phones:
             return TimedSpeech(times.phones, times.words, duration_s, notes)
         return _aligned(Transcript.of_words(times.words, language), heard, duration_s, notes)
-    return TimedSpeech(tuple(heard_phones(heard, duration_s)), (), duration_s)
+    phones = tuple(heard_phones(heard, duration_s))
+    if not phones:
+        told.append("no speech heard")
+    return TimedSpeech(phones, (), duration_s, tuple(told))
 
 
 def _aligned(
@@ -84,13 +94,15 @@ def _aligned(
     return TimedSpeech(phones, spans, duration_s, (*notes, *transcript_notes(words)))
 
 
-def _heard(sound: Path | Waveform, channel: int | None) -> tuple[Float32Array, float]:
+def _heard(
+    sound: Path | Waveform, channel: int | None, notes: list[str]
+) -> tuple[Float32Array, float]:
     """(row, 40) log-posteriors, and the length of the sound in s."""
     stream = builtin_encoder().stream()
     if isinstance(sound, Waveform):
         blocks = iter([encoder_samples(sound)])
     else:
-        blocks = resampled_blocks(sound, SPEECH_RATE, channel)
+        blocks = resampled_blocks(sound, SPEECH_RATE, channel, notes=notes)
     rows, samples = [], 0
     for block in blocks:
         rows.append(stream.push(block))

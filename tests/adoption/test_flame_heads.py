@@ -105,6 +105,7 @@ class TestShapes:
         true = layout.truth("jawOpen")
         assert (opened * true).sum() / np.sqrt((opened**2).sum() * (true**2).sum()) > 0.99
 
+    @pytest.mark.slow
     def test_size_place_and_units_make_no_difference(self, model, head):
         """A head twice as large, turned and far away moves twice as far, in its own axes."""
         turn = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
@@ -197,6 +198,7 @@ class TestStoredMotion:
 
 
 class TestOtherHeads:
+    @pytest.mark.slow
     def test_a_flame_file_and_a_mesh_of_flame_speak(self, flame_file, head, tmp_path):
         import trimesh
 
@@ -214,6 +216,7 @@ class TestOtherHeads:
         with pytest.raises(HeadError, match=r"small\.pkl: .*200 vertices; allowed: FLAME's 5023"):
             open_speaking_head(path)
 
+    @pytest.mark.slow
     def test_a_ball_is_no_face(self, python2, tmp_path):
         path = tmp_path / "ball.pkl"
         path.write_bytes(python2.dumps(python2.flame(vertices=5023)))

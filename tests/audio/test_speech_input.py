@@ -43,9 +43,9 @@ def test_bytes_of_eight_bits_are_unsigned() -> None:
 
 
 def test_one_channel_is_heard() -> None:
-    both = np.array([[0.5, -0.5]] * 4)
-    assert resolve_speech(both, 8000, 1).samples.tolist() == [-0.5] * 4  # pyright: ignore
-    assert resolve_speech(both, 8000).samples.tolist() == [0] * 4  # pyright: ignore
+    both = np.array([[0.5, -0.25]] * 4)
+    assert resolve_speech(both, 8000, 1).samples.tolist() == [-0.25] * 4  # pyright: ignore
+    assert resolve_speech(both, 8000).samples.tolist() == [0.125] * 4  # pyright: ignore
 
 
 @pytest.mark.parametrize(

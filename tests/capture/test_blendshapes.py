@@ -193,3 +193,25 @@ def test_bad_input_is_one_line(
     assert code == 2
     assert told in err and err.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_what_is_no_motion_is_told_with_its_clip(
+    make_corpus: Callable[..., Corpus], tmp_path: Path, value: float
+) -> None:
+    """No solver gives up on it with an error of its own."""
+    corpus = make_corpus(tmp_path / "corpus")
+    names = corpus.split().train
+    usual = corpus.displacements
+
+    def broken(_: Corpus, name: str, *span: int) -> np.ndarray:
+        block = usual(name, *span)
+        if name == names[1]:
+            block[0, 0, 0] = value
+        return block
+
+    with (
+        mock.patch.object(Corpus, "displacements", broken),
+        pytest.raises(CorpusError, match=f"clip {names[1]}: NaN or infinity in frame 0"),
+    ):
+        learn_blendshapes(corpus, names)

@@ -132,6 +132,7 @@ def test_each_part_can_be_left_out_and_is_then_missed(head, log_posteriors, part
     assert np.linalg.norm(whole - less, axis=2).max() > 0.0002
 
 
+@pytest.mark.slow
 def test_swallowing_and_breathing_are_in_the_pauses(head, phones, log_posteriors):
     start, end = next((a, b) for a, b, phone in phones if phone == "SIL")
     middle = round((start + end) / 2 * FPS)

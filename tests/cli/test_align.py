@@ -70,6 +70,7 @@ def test_a_method_that_learns_says_how_far_it_is(words: Path) -> None:
         assert told == [(step + 1) / config.steps for step in range(config.steps)]
 
 
+@pytest.mark.slow
 def test_attention_is_drawn_and_the_posterior_apart(
     words: Path, tmp_path: Path, cli: Callable[..., object]
 ) -> None:
@@ -135,6 +136,7 @@ def test_methods_are_judged_by_known_times(
     assert methods["dtw"]["error_frames"] < 1.5 and methods["dtw"]["overlap"] > 0.75
 
 
+@pytest.mark.slow
 def test_learned_methods_are_judged_beside_them(words: Path, cli: Callable[..., object]) -> None:
     pytest.importorskip("torch", reason="needs the extra `train`")
     names = ["dtw", "dctw", "cca-soft", "dcaw", "dcaw/together", "dctw/expected", "dcaw/features"]
@@ -146,6 +148,7 @@ def test_learned_methods_are_judged_beside_them(words: Path, cli: Callable[..., 
     assert methods["dctw/expected"]["error_frames"] != methods["dctw"]["error_frames"]
 
 
+@pytest.mark.slow
 def test_an_ablation_leaves_out_every_part(
     tmp_path: Path, speech_wav: Path, refused: Callable[..., None]
 ) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from elocute.cli import spoken_takes
+from elocute.files import atomic
 from elocute.jobs.pool import one_after_another
 from tests.support.commands import run_here
 
@@ -115,23 +115,53 @@ def test_a_take_that_was_written_and_not_remembered_is_neither_lost_nor_made_aga
     table.write_text("id,audio\none,a.wav\ntwo,b.wav\n")
     command = ("animate", "--table", table, "-o", out, *FAST)
 
-    class Killed(BaseException):
-        pass
+    for at, left in (("_announce", []), ("_sync", ["one.csv"])):
+        shutil.rmtree(out, ignore_errors=True)
+        kill_at(monkeypatch, at, command)
+        assert sorted(states(out)) == left
+        made = states(out)
+        done = run_here(*command)
+        assert done.returncode == 0, done.stderr
+        assert f"{len(left)} of 2 there already" in done.stderr or not left
+        assert states(out) | made == states(out)
 
-    def killed(*_: object) -> None:
+
+@pytest.mark.parametrize("at", ["_announce", "_sync"])
+def test_a_user_s_file_where_a_killed_run_would_write_is_never_replaced(
+    place: Path, monkeypatch: pytest.MonkeyPatch, at: str
+):
+    """Whenever the run was killed: what it did not provably write is somebody else's."""
+    table, out = place / "in/lines.csv", place / "out"
+    table.write_text("id,audio\none,a.wav\n")
+    command = ("animate", "--table", table, "-o", out, *FAST)
+    kill_at(monkeypatch, at, command)
+    (out / "one.csv").write_text("three days of work")
+    for _ in range(2):
+        done = run_here(*command)
+        assert done.returncode == 1 and "exists already" in done.stderr
+        assert (out / "one.csv").read_text() == "three days of work"
+
+
+class Killed(BaseException):
+    """Nothing cleans up after it, as after a kill."""
+
+
+def kill_at(monkeypatch: pytest.MonkeyPatch, function: str, command: tuple[object, ...]) -> None:
+    """Run a command that is killed right before a draft takes its place, or right after it did."""
+    usual = getattr(atomic, function)
+
+    def killed(path: Path, *more: Path) -> None:
+        if function == "_sync" and not path.is_dir():
+            usual(path)
+            return
+        if function == "_announce":
+            usual(path, *more)
         raise Killed
 
     with monkeypatch.context() as patch:
-        patch.setattr("elocute.files.output_plan.remember_output", killed)
-        patch.setattr(spoken_takes.Path, "unlink", lambda *_, **__: None)  # the mark stays
+        patch.setattr(atomic, function, killed)
         with pytest.raises(Killed):
             run_here(*command)
-    made = states(out)
-    assert "one.csv" in made and any(name.startswith(spoken_takes.MARKS) for name in made)
-    done = run_here(*command)
-    assert done.returncode == 0 and "1 of 2 there already" in done.stderr
-    again = states(out)
-    assert again["one.csv"] == made["one.csv"]
 
 
 def test_folders_over_processes_mirror_themselves_and_are_resumed(place: Path):

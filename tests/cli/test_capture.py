@@ -25,6 +25,7 @@ def scan_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_one_scan_in_its_own_unit(scan_folder: Path, tmp_path: Path):
     scan = read_scan(scan_folder / "00000.ply")
     write_scan(tmp_path / "mm.ply", 1000 * scan.points, scan.triangles)

@@ -274,3 +274,22 @@ def test_memory_that_is_not_there_is_one_line(monkeypatch):
     told = run_here("info", "a.wav")
     assert (told.returncode, told.stderr.count("\n")) == (1, 1)
     assert told.stderr.startswith("elocute: not enough memory")
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (RecursionError("maximum recursion depth exceeded"), "lists within lists too deeply"),
+        (np.linalg.LinAlgError("SVD did not\nconverge"), "no solution fits (SVD did not converge)"),
+    ],
+)
+def test_what_a_library_gives_up_on_is_one_line(monkeypatch, error, told):
+    from elocute.cli import entry_point
+
+    def given_up():
+        raise error
+
+    monkeypatch.setattr(entry_point, "_run_app", given_up)
+    done = run_here("info", "a.wav")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert told in done.stderr

@@ -11,9 +11,11 @@ import pytest
 import elocute
 from elocute.export.converted_curves import convert_curves
 from elocute.head.preset_shapes import OCULUS_SHAPES
+from elocute.motion.curves import ARKIT_NAMES
 from elocute.motion.mouth_measures import measure_mouth
-from elocute.motion.store import save_motion
+from elocute.motion.store import load_motion, save_motion
 from tests.support.commands import one_line, run_here
+from tests.support.gltf_files import arkit, glb, record
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +47,10 @@ def test_curves_show_the_motion_again(motion, standard):
     mixes = np.stack([motion.head.expression_vector(look) for look in looks.values()])
     again = elocute.Motion(motion.head, values[:, : len(looks)] @ mixes, motion.fps)
     own, theirs = (measure_mouth(each)["opening_mm"] for each in (motion, again))
+    # Weights that sum to one open a mouth as far as the widest viseme does.
+    widest = elocute.Motion(motion.head, mixes[[list(looks).index("viseme_aa")]], 20)
+    own = np.minimum(own, measure_mouth(widest)["opening_mm"])
+    assert values[:, : len(looks)].sum(axis=1).max() <= 1 + 1e-6
     assert np.corrcoef(own, theirs)[0, 1] > 0.99
     assert theirs[own < 0.02].max() < 0.2
 
@@ -76,3 +82,52 @@ def test_what_cannot_be_is_one_line(kind, talk, tmp_path, monkeypatch):
     words, says = WRONG[kind]
     one_line(run_here("convert", talk, *words), says)
     assert not list(tmp_path.iterdir())
+
+
+CURVES = {
+    "exportFps": 60.0,
+    "facsNames": ["jawOpen", "mouthClose", "mouthPucker"],
+    "weightMat": [[0, 0, 0], [0.2, 0, 0], [0.4, 0.1, 0], [0.1, 0, 0.3]],
+}
+
+
+@pytest.mark.parametrize("form", ["Audio2Face", "Azure", "Live Link Face"])
+def test_curves_of_others_are_played_edited_and_converted(tmp_path, form):
+    path = tmp_path / ("take.csv" if form == "Live Link Face" else "take.json")
+    rows = np.array([[row[0], row[2]] for row in CURVES["weightMat"]])
+    if form == "Audio2Face":
+        path.write_text(json.dumps(CURVES))
+    elif form == "Azure":
+        frames = np.zeros((4, 55))
+        frames[:, [ARKIT_NAMES.index(name) for name in ("jawOpen", "mouthPucker")]] = rows
+        path.write_text(json.dumps([{"FrameIndex": 0, "BlendShapes": frames.tolist()}]))
+    else:
+        lines = [f"00:00:00:{f:02}.000,{a},{b}" for f, (a, b) in enumerate(rows)]
+        path.write_text("\n".join(["Timecode,JawOpen,MouthPucker", *lines]))
+    hero = tmp_path / "hero.glb"
+    hero.write_bytes(glb(arkit()))
+    for words in (
+        ["render", path, "-o", tmp_path / "plain.npz"],
+        ["render", path, "--head", hero, "-o", tmp_path / "talk.glb"],
+        ["edit", path, "--shape", "jawOpen=0.1", "-o", tmp_path / "edited.npz"],
+        ["edit", path, "--head", hero, "--blinks", "0", "-o", tmp_path / "hero_edited.glb"],
+        ["convert", path, "--to", "vrm", "-o", tmp_path / "vowels.json"],
+    ):
+        done = run_here(*words)
+        assert done.returncode == 0, done.stderr
+    plain, edited = (load_motion(tmp_path / f"{name}.npz") for name in ("plain", "edited"))
+    places = [plain.names.index(name) for name in ("jawOpen", "mouthPucker")]
+    assert plain.fps == 60 and np.allclose(plain.weights[:, places], rows)
+    assert np.allclose(edited.weights[:, places], np.stack([[0.1] * 4, rows[:, 1]], axis=1))
+    assert json.loads((tmp_path / "vowels.json").read_text())["fps"] == 60
+    told = json.loads(run_here("info", path, "--json").stdout)
+    assert told["kind"] == "curves" and told["frames"] == 4 and "jawOpen" in told["moving"]
+
+
+def test_curves_on_a_head_without_their_shapes_are_refused(tmp_path):
+    (tmp_path / "take.json").write_text(json.dumps(CURVES))
+    (tmp_path / "cat.glb").write_bytes(glb(record(("Cat", ["whiskers"]))))
+    done = run_here(
+        "render", tmp_path / "take.json", "--head", tmp_path / "cat.glb", "-o", tmp_path / "o.glb"
+    )
+    one_line(done, "none known among its morph targets")

@@ -67,6 +67,7 @@ def test_bad_input_is_one_line(
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.slow
 def test_the_experiments_small(
     folders: tuple[Path, Path],
     cli: Callable[..., Any],

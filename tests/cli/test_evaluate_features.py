@@ -17,6 +17,7 @@ def features(*arguments: object) -> Result:
     return run_apart("evaluate", "features", *arguments)
 
 
+@pytest.mark.slow
 def test_two_encoders_are_compared(tmp_path: Path, make_corpus: Callable[..., object]) -> None:
     make_corpus(tmp_path / "corpus")
     done = features(tmp_path / "corpus", "-o", tmp_path / "out", "--epochs", 1, "--json")

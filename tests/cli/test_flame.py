@@ -9,12 +9,16 @@ import pytest
 
 pytest.importorskip("scipy", reason="needs the extra `capture`")
 
+from elocute.head.builtin import load_builtin_head
 from elocute.head.flame import flame_vertices, load_flame
-from elocute.head.flame_parameters import load_flame_parameters
+from elocute.head.flame_parameters import load_flame_parameters, save_flame_parameters
+from elocute.motion.curves import curves_from_motion, motion_from_curves
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.store import load_motion
+from elocute.numerics.quaternions import multiply, to_axis_angle
 from tests.support.commands import one_line, run_here
 from tests.support.flame_layout import flame_layout
+from tests.support.gltf_files import arkit, glb
 
 
 @pytest.fixture(scope="module")
@@ -85,6 +89,89 @@ def test_parameters_and_their_residual(flame, talk, tmp_path):
     assert np.abs(flame_vertices(model, *parts) - given).max() < 2e-5
 
 
+@pytest.fixture(scope="module")
+def parameters(flame, talk, tmp_path_factory):
+    """The mouth that opens, in FLAME's parameters, with a nod of the neck."""
+    path = tmp_path_factory.mktemp("parameters") / "p.npz"
+    run("convert", talk, "--to", "flame", "--flame", flame, "-o", path)
+    found = load_flame_parameters(path)
+    found.pose[:, 3] = np.linspace(0, 0.2, 10)
+    save_flame_parameters(path, found)
+    return found, path
+
+
+def _vhap(found, path):
+    pose, count = found.pose, len(found.pose)
+    np.savez(
+        path,
+        shape=found.shape,
+        expr=found.expression.astype(np.float32),
+        rotation=pose[:, :3],
+        neck_pose=pose[:, 3:6],
+        jaw_pose=pose[:, 6:9],
+        eyes_pose=pose[:, 9:],
+        translation=found.translation,
+        static_offset=np.zeros((1, 7, 3)),
+        timestep_id=np.arange(count),
+    )
+
+
+def _gaussian_avatars(found, path):
+    path.mkdir()
+    for frame in range(len(found.pose)):
+        np.savez(
+            path / f"{frame:05}.npz",
+            shape=found.shape[None],
+            expr=found.expression[frame][None],
+            neck_pose=found.pose[frame, 3:6][None],
+            jaw_pose=found.pose[frame, 6:9][None],
+        )
+
+
+def _emoca(found, path):
+    path.mkdir()
+    for frame in range(len(found.pose)):
+        each = path / f"{frame + 1:06}_000"
+        each.mkdir()
+        np.save(each / "exp.npy", found.expression[frame])
+        np.save(each / "shape.npy", found.shape)
+        np.save(each / "pose.npy", np.concatenate([found.pose[frame, 3:6], found.pose[frame, 6:9]]))
+
+
+@pytest.mark.parametrize("layout", [None, _vhap, _gaussian_avatars, _emoca])
+def test_parameters_move_any_head(flame, talk, parameters, layout, tmp_path):
+    found, path = parameters
+    if layout is not None:
+        path = tmp_path / ("given.npz" if layout is _vhap else "given")
+        layout(found, path)
+    out = tmp_path / "back.npz"
+    rate = () if layout is None else ("--input-fps", "10")
+    run("render", path, "--flame", flame, *rate, "-o", out)
+    back, given = load_motion(out), load_motion(talk)
+    assert back.fps == 10 and back.head.name == load_builtin_head().name
+    opening = measure_mouth(back)["opening_mm"]
+    wanted = measure_mouth(
+        motion_from_curves(load_builtin_head(), curves_from_motion(given).select(("jawOpen",)))
+    )["opening_mm"]
+    assert np.corrcoef(opening, wanted)[0, 1] > 0.99
+    assert opening.max() == pytest.approx(wanted.max(), rel=0.2)
+    assert back.rotations is not None
+    turned = np.degrees(to_axis_angle(multiply(back.rotations[:, 0], back.rotations[:, 1])))
+    assert turned[-1, 0] == pytest.approx(np.degrees(0.2), abs=0.1)
+
+
+def test_parameters_on_a_character_as_curves_and_edited(flame, parameters, tmp_path):
+    _, path = parameters
+    hero = tmp_path / "hero.glb"
+    hero.write_bytes(glb(arkit()))
+    run("render", path, "--flame", flame, "--head", hero, "-o", tmp_path / "talk.glb")
+    run("convert", path, "--flame", flame, "--to", "arkit", "-o", tmp_path / "talk.csv")
+    run("edit", path, "--flame", flame, "--shape", "jawOpen=0.1", "-o", tmp_path / "e.npz")
+    edited = load_motion(tmp_path / "e.npz")
+    assert np.allclose(edited.weights[:, edited.names.index("jawOpen")], 0.1)
+    assert (tmp_path / "talk.glb").is_file() and (tmp_path / "talk.csv").is_file()
+
+
 def test_adopted_once_for_all(flame, talk, tmp_path):
     record = json.loads(run("head", "adopt", flame, "-o", tmp_path / "head.npz", "--json"))
     assert record["expressions"] == 55 and record["identities"] == 300 and record["lips"]
@@ -96,6 +183,9 @@ def test_adopted_once_for_all(flame, talk, tmp_path):
     ("words", "says"),
     [
         (["edit", "{talk}", "-o", "o.npz", "--identity", "7"], "--head FILE"),
+        (["render", "{parameters}", "-o", "o.npz"], "allowed: --flame with the model"),
+        (["render", "{talk}", "--flame", "{flame}", "-o", "o.npz"], "--flame: given; allowed"),
+        (["render", "{parameters}", "--flame", "none.pkl", "-o", "o.npz"], "no such file"),
         (["edit", "{talk}", "-o", "o.npz", "--head", "{flame}"], "with --identity"),
         (["edit", "{talk}", "-o", "o.npz", "--head", "{flame}", "--identity", "ada"], "unknown"),
         (["solve", "{talk}", "--flame", "{flame}", "-o", "o.mp4"], "allowed: .npz"),
@@ -104,8 +194,9 @@ def test_adopted_once_for_all(flame, talk, tmp_path):
         (["head", "adopt", "none.pkl", "-o", "o.npz"], "no such file"),
     ],
 )
-def test_what_is_refused(words, says, flame, talk, tmp_path, monkeypatch):
+def test_what_is_refused(words, says, flame, talk, parameters, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    words = [word.format(flame=flame, talk=talk) for word in words]
+    given = {"flame": flame, "talk": talk, "parameters": parameters[1]}
+    words = [word.format(**given) for word in words]
     one_line(run_here(*words), says)
     assert not list(tmp_path.iterdir())

@@ -72,6 +72,7 @@ def test_a_full_disk_is_one_line(talk, speech_wav, small, kind):
     assert list(small.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FORMATS)
 def test_a_limit_on_the_size_of_files_is_one_line(talk, speech_wav, tmp_path, kind):
     arguments = ("render", talk, "-o", tmp_path / f"a.{kind}", "--audio", speech_wav)
@@ -80,6 +81,7 @@ def test_a_limit_on_the_size_of_files_is_one_line(talk, speech_wav, tmp_path, ki
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_checkpoints_and_corpora_on_a_full_disk(small, speech_wav, make_corpus):
     """SafetensorError and LibsndfileError do not leave as they are."""
     torch = pytest.importorskip("torch", reason="needs the extra `train`")
@@ -146,6 +148,7 @@ def test_standard_input_and_error_that_are_closed_or_full(tmp_path):
     one_line(shell(f"animate x.wav -o {'a/' * 3000}talk.csv"), "no possible name")
 
 
+@pytest.mark.slow
 def test_simulated_scans_on_a_full_disk(small, speech_wav):
     pytest.importorskip("scipy", reason="needs the extra `capture`")
     done = run("capture", "simulate", speech_wav, "-o", small / "scans", "--seconds", "0.1")
@@ -154,6 +157,7 @@ def test_simulated_scans_on_a_full_disk(small, speech_wav):
     assert ".part" not in done.stderr and list(small.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_words_on_a_full_disk(small, speech_wav, tmp_path):
     """What `segment` finds, and what `take` takes back."""
     segment = ("words", "segment", speech_wav, "--text", TEXT)
@@ -167,6 +171,7 @@ def test_words_on_a_full_disk(small, speech_wav, tmp_path):
     assert [path.name for path in small.iterdir()] == ["full"]
 
 
+@pytest.mark.slow
 def test_a_converted_corpus_on_a_full_disk(small, tmp_path):
     source, rng = tmp_path / "source", np.random.default_rng(0)
     for part in ("vertices_npy", "wav"):

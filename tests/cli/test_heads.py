@@ -103,6 +103,7 @@ def test_a_sheet_shows_people(tmp_path):
     assert np.abs(found[20:] - wanted[20:]).mean() < 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chosen", ["builtin", "flame"])
 def test_a_sheet_shows_every_face(flame, tmp_path, chosen):
     head = flame if chosen == "flame" else chosen

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from elocute.motion.store import load_motion
-from tests.support.commands import python
+from tests.support.commands import TIMEOUT_S, python
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of Unix")
 # It says when `main` has begun to import the module it is given: Ctrl-C is ours to mind from the
@@ -56,7 +56,7 @@ def interrupted(
         time.sleep(after_s)
         os.killpg(process.pid, by)
         try:
-            _, said = process.communicate(timeout=60)
+            _, said = process.communicate(timeout=TIMEOUT_S)
         finally:
             process.kill()
     return process.returncode, said.decode()
@@ -71,7 +71,13 @@ def check(
     assert not [path for path in folder.iterdir() if path.name.endswith(".part")]
 
 
-@pytest.mark.parametrize("after_s", np.geomspace(0.002, 3, 12).round(3))
+MOMENTS_S = [
+    pytest.param(after_s, marks=[] if place % 4 == 3 else [pytest.mark.slow])
+    for place, after_s in enumerate(np.geomspace(0.002, 3, 12).round(3))
+]
+
+
+@pytest.mark.parametrize("after_s", MOMENTS_S)
 def test_one_recording(after_s: float, speech_wav: Path, tmp_path: Path) -> None:
     code, said = interrupted(
         "animate", speech_wav, "-o", "t.npz", "-o", "t.csv", after_s=after_s, cwd=tmp_path
@@ -84,6 +90,7 @@ def test_one_recording(after_s: float, speech_wav: Path, tmp_path: Path) -> None
     assert (code == 0) == ((tmp_path / "t.csv").exists() and not said)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after_s", [0.05, 0.5, 1.0, 1.5, 2.0, 3.0])
 def test_many_tell_how_many_are_done(after_s: float, speech_wav: Path, tmp_path: Path) -> None:
     sounds = [tmp_path / f"{number}.flac" for number in range(8)]
@@ -99,6 +106,7 @@ def test_many_tell_how_many_are_done(after_s: float, speech_wav: Path, tmp_path:
         assert load_motion(path).frame_count == 640
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after_s", [0.7, 1.4, 2.5])
 def test_video(after_s: float, speech_wav: Path, tmp_path: Path) -> None:
     code, said = interrupted(
@@ -117,6 +125,7 @@ def test_video(after_s: float, speech_wav: Path, tmp_path: Path) -> None:
     assert code == 0 or not (tmp_path / "t.mp4").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after_s", [0.3, 0.8, 1.2, 1.6, 2.5])
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
 def test_a_service_that_stops_and_a_terminal_that_closes(
@@ -135,30 +144,29 @@ def test_a_service_that_stops_and_a_terminal_that_closes(
         assert load_motion(path).frame_count == 640
 
 
+@pytest.mark.parametrize(
+    ("by", "expected"), [(0, "seek of closed file"), (signal.SIGINT, "elocute: interrupted; ")]
+)
 def test_files_that_an_interruption_left_open_do_not_complain(
-    speech_wav: Path, tmp_path: Path
+    by: int, expected: str, tmp_path: Path
 ) -> None:
-    left_open = "import zipfile; left = zipfile.ZipFile('left.zip', 'w'); left.fp.close(); "
-    for by, expected in [(0, "seek of closed file"), (signal.SIGINT, "elocute: interrupted; ")]:
-        process = subprocess.Popen(
-            python(
-                "-c",
-                AS_FROM_A_TERMINAL + left_open + START,
-                HANDLED,
-                "animate",
-                speech_wav,
-                "-o",
-                "t.npz",
-            ),
-            cwd=tmp_path,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-        )
-        assert process.stdout is not None
-        assert os.read(process.stdout.fileno(), 1) == b"."
-        process.send_signal(by)
-        said = process.communicate(timeout=60)[1].decode()
-        assert expected in said and (said.count("\n") == 1) == bool(by), said
+    """It comes from within, as the command begins its work: at no other moment than this."""
+    left_open = f"""
+import os, sys, zipfile
+from elocute.cli import main
+left = zipfile.ZipFile('left.zip', 'w'); left.fp.close()
+class Notice:
+    def find_spec(name, *_):
+        if name == "numpy":
+            sys.meta_path.remove(Notice)
+            os.kill(os.getpid(), {int(by)})
+sys.meta_path.insert(0, Notice)
+main()
+"""
+    words = python("-c", AS_FROM_A_TERMINAL + left_open, "head", "show", "builtin")
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=TIMEOUT_S)
+    assert expected in done.stderr and (done.stderr.count("\n") == 1) == bool(by), done.stderr
+    assert done.returncode == (130 if by else 0)
 
 
 def test_one_while_a_class_is_made(tmp_path: Path) -> None:
@@ -178,7 +186,7 @@ sys.meta_path.insert(0, Notice)
 main()
 """
     words = python("-c", AS_FROM_A_TERMINAL + classes, "--version")
-    process = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    process = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=TIMEOUT_S)
     check(process.returncode, process.stderr, tmp_path)
     assert process.returncode == 130
 
@@ -190,7 +198,7 @@ def test_nohup_is_heeded(speech_wav: Path, tmp_path: Path) -> None:
     assert process.stdout is not None
     assert os.read(process.stdout.fileno(), 1) == b"."
     process.send_signal(signal.SIGHUP)
-    process.communicate(timeout=60)
+    process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 0 and (tmp_path / "t.npz").exists()
 
 
@@ -205,5 +213,5 @@ def test_a_background_job_of_a_script_goes_on(speech_wav: Path, tmp_path: Path) 
     assert process.stdout is not None
     assert os.read(process.stdout.fileno(), 1) == b"."
     process.send_signal(signal.SIGINT)
-    process.communicate(timeout=60)
+    process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 0 and (tmp_path / "t.npz").exists()

@@ -26,10 +26,10 @@ def test_curves_move_the_mean_person(take, tmp_path, cli):
 @pytest.mark.parametrize(
     ("given", "options", "who"),
     [
-        (".npy", ["--fps", 2, "--identity", "esi"], "esi"),
+        pytest.param(".npy", ["--fps", 2, "--identity", "esi"], "esi", marks=pytest.mark.slow),
         (".npy", ["--fps", 2], "mean"),
         (".npz", [], "esi"),
-        (".npz", ["--identity", "otto"], "otto"),
+        pytest.param(".npz", ["--identity", "otto"], "otto", marks=pytest.mark.slow),
     ],
 )
 def test_a_solved_motion_keeps_its_person(take, tmp_path, run, given, options, who):

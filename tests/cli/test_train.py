@@ -17,6 +17,7 @@ from tests.support.commands import one_line, refused, run_apart, succeeds
 pytest.importorskip("torch", reason="needs the extra `train`")
 
 
+@pytest.mark.slow
 def test_a_corpus_becomes_a_model_that_animates(
     tmp_path: Path, make_corpus: Callable[..., object], speech_wav: Path
 ) -> None:
@@ -49,6 +50,7 @@ def test_a_corpus_becomes_a_model_that_animates(
     assert "--resume" in full.stderr
 
 
+@pytest.mark.slow
 def test_the_baseline_is_trained_and_used_as_every_other_model(
     tmp_path: Path, make_corpus: Callable[..., object], speech_wav: Path
 ) -> None:
@@ -112,6 +114,7 @@ def test_what_fails_before_the_first_epoch_leaves_no_folder(
         one_line(done, "/proc/elocute: cannot be ")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse such a name")
 def test_a_folder_whose_name_is_no_text_is_trained_in_and_gone_on_in(
     tmp_path: Path, make_corpus: Callable[..., object], run: Callable[..., Any], speech_wav: Path
@@ -189,6 +192,7 @@ def test_forged_checkpoints_are_one_line(
         assert place.read_bytes() == data
 
 
+@pytest.mark.slow
 def test_the_preset_of_the_paper_and_what_changes_it(
     tmp_path: Path, make_corpus: Callable[..., object], run: Callable[..., Any]
 ) -> None:

@@ -27,6 +27,7 @@ def elocute(*arguments: object) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_three_commands(tmp_path: Path, sources: Any, python2: Any, speech_wav: Path) -> None:
     people = (
         VOCASET_TRAIN[0],
@@ -61,6 +62,7 @@ def test_three_commands(tmp_path: Path, sources: Any, python2: Any, speech_wav: 
     assert (tmp_path / "talk.glb").read_bytes()[:4] == b"glTF"
 
 
+@pytest.mark.slow
 def test_lips_and_dynamics_are_measured_without_naming_vertices(
     tmp_path: Path, sources: Any, python2: Any
 ) -> None:

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from elocute.errors import MotionError
-from elocute.export.arkit_csv import arkit_curves, read_csv_curves, timecode, write_csv
+from elocute.export.arkit_csv import arkit_curves, timecode, write_csv
+from elocute.export.curve_files import read_curves
 from elocute.motion.curves import ARKIT_NAMES
 
 RECORDED = (
@@ -43,7 +44,8 @@ def test_the_layout_is_live_links(motion, tmp_path):
 
 def test_the_curves_come_back(motion, tmp_path):
     write_csv(motion, tmp_path / "talk.csv")
-    back = read_csv_curves(tmp_path / "talk.csv", motion.fps)
+    back = read_curves(tmp_path / "talk.csv").curves
+    assert back.fps == motion.fps
     assert np.allclose(back.values, arkit_curves(motion).values, atol=1e-6)
     assert back["jawOpen"].max() > 0.1
 
@@ -97,4 +99,4 @@ def test_unreal_places_rows_where_they_belong(fps):
 def test_a_file_without_the_columns_is_refused(tmp_path):
     (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
     with pytest.raises(MotionError, match="no column"):
-        read_csv_curves(tmp_path / "bad.csv", 60)
+        read_curves(tmp_path / "bad.csv")

@@ -20,7 +20,10 @@ from elocute.motion.motion import Motion
 SIZE = (300, 200)
 FIELD_DEG, AWAY_M = 6.0, 0.25
 MM_OF_PX = 2000 * AWAY_M * np.tan(np.radians(FIELD_DEG / 2)) / SIZE[1]
-BACKENDS = [pytest.param("moderngl", marks=pytest.mark.system), "embreex"]
+BACKENDS = [
+    pytest.param("moderngl", marks=pytest.mark.system),
+    pytest.param("embreex", marks=pytest.mark.slow),
+]
 
 
 @pytest.fixture(scope="module")

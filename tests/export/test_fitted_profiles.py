@@ -22,6 +22,7 @@ VRM = (
     *("happy", "angry", "sad", "relaxed", "surprised"),
 )
 """Presets of the specification, without `neutral`."""
+AA = {"oculus": "viseme_aa", "vrm": "aa"}
 EVERY = 37  # of the vertices, those compared
 PAGE = """
 import * as THREE from "three";
@@ -79,7 +80,15 @@ def test_weights_are_shares_and_few_at_a_time(spoken, profile):
     weights = shapes.weights(spoken)
     assert weights.min() >= 0 and weights.max() <= 1
     mouth = weights[:, [shapes.names.index(name) for name in shapes.report(spoken)["mouth"]]]
+    assert mouth.sum(axis=1).max() <= 1 + 1e-6
     assert (mouth > 0.02).sum(axis=1).mean() < 5
+
+
+def test_lips_that_seal_take_the_viseme_that_seals_them(spoken):
+    pressed = spoken.weights[:, spoken.names.index("mouthPressLeft")]
+    sealed = target_shapes(spoken.head, "oculus").weights(spoken)[:, 1]
+    assert (pressed > 0.49).sum() > 3 and sealed[pressed > 0.49].min() > 0.97
+    assert sealed[measure_mouth(spoken)["opening_mm"] > 5].max() < 0.1
 
 
 def test_silence_is_what_the_other_visemes_leave(spoken):
@@ -93,6 +102,10 @@ def test_silence_is_what_the_other_visemes_leave(spoken):
 def test_lips_open_as_they_do_and_close_where_they_do(spoken, profile, closed_mm, r):
     wanted = measure_mouth(spoken)["opening_mm"]
     had = measure_mouth(shown(spoken, profile))["opening_mm"]
+    # Weights that sum to one open a mouth as far as the widest viseme does.
+    shapes = target_shapes(spoken.head, profile)
+    alone = Motion(spoken.head, shapes.looks[[shapes.names.index(AA[profile])]], 30)
+    wanted = np.minimum(wanted, measure_mouth(alone)["opening_mm"])
     assert (wanted < 0.05).sum() > 3
     assert had[wanted < 0.05].max() < closed_mm
     assert np.corrcoef(wanted, had)[0, 1] > r

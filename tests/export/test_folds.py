@@ -89,6 +89,7 @@ def test_a_face_at_rest_is_drawn_as_without_folds(draw, worn, backend):
     assert np.abs(draw(worn, {}, backend) - draw(smooth(worn), {}, backend)).max() <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.system
 @pytest.mark.parametrize("quality", ["fast", "high"])
 @pytest.mark.parametrize("pose", [UP, SMILE], ids=["up", "smile"])
@@ -132,6 +133,7 @@ def page(need, motion, tmp_path_factory):
         yield driver
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.parametrize("number", range(len(POSES)))
 def test_the_page_finds_the_same_strengths(page, motion, worn, number):
@@ -144,6 +146,7 @@ def test_the_page_finds_the_same_strengths(page, motion, worn, number):
     np.testing.assert_allclose(found, wanted * worn.surfaces["skin"].fold_depth, atol=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.system
 def test_the_page_draws_the_same_folds(page, need, motion, worn):

@@ -2,14 +2,18 @@
 
 import json
 import re
-import time
 
 import numpy as np
 import pytest
 
 from elocute.animation import animate
 from elocute.export.html import ASSETS, write_html
-from tests.support.browser import headless_browser, open_viewer, wait_for_viewer
+from tests.support.browser import (
+    eventually,
+    headless_browser,
+    open_viewer,
+    wait_for_viewer,
+)
 
 
 @pytest.fixture(scope="module")
@@ -76,12 +80,17 @@ def test_a_head_is_drawn(shown):
 def test_the_face_follows_the_clock_of_the_sound(shown, page, at_s):
     motion = page[1]
     shown.execute_script("elocute.sound.pause(); elocute.jump(arguments[0])", at_s)
-    time.sleep(0.4)
-    drawn = influences(shown)
     frame = round(at_s * motion.fps)
-    for name in ("jawOpen", "mouthClose", "mouthPucker"):
-        near = motion.weights[max(0, frame - 1) : frame + 2, motion.names.index(name)]
-        assert near.min() - 1e-3 <= drawn[name] <= near.max() + 1e-3
+
+    def as_in_the_motion():
+        drawn = influences(shown)
+        for name in ("jawOpen", "mouthClose", "mouthPucker"):
+            near = motion.weights[max(0, frame - 1) : frame + 2, motion.names.index(name)]
+            if not near.min() - 1e-3 <= drawn[name] <= near.max() + 1e-3:
+                return False
+        return True
+
+    assert eventually(as_in_the_motion), influences(shown)
 
 
 def test_shapes_are_added_up_as_in_the_motion(shown, page):
@@ -103,13 +112,12 @@ def test_shapes_are_added_up_as_in_the_motion(shown, page):
 def test_play_moves_time_and_face_together(shown, page):
     motion = page[1]
     shown.execute_script("elocute.jump(0.5); document.getElementById('play').click()")
-    time.sleep(1.2)
+    assert eventually(lambda: shown.execute_script("return elocute.sound.currentTime") > 0.8)
     at_s, jaw = shown.execute_script(
         "elocute.sound.pause(); elocute.show(); const m = elocute.meshes[0];"
         "const jaw = m.morphTargetInfluences[m.morphTargetDictionary.jawOpen];"
         "return [elocute.sound.currentTime, jaw]"
     )
-    assert at_s > 0.8
     frame = at_s * motion.fps
     column = motion.weights[int(max(frame - 1, 0)) : int(frame) + 3, motion.names.index("jawOpen")]
     assert column.min() - 1e-3 <= jaw <= column.max() + 1e-3
@@ -127,14 +135,15 @@ def test_the_page_carries_the_notice_of_three_js(page):
     assert "Copyright © 2010-" in text and "The above copyright notice" in text
 
 
+@pytest.mark.slow
 def test_without_sound_a_clock_keeps_time(page, browser, tmp_path):
     write_html(page[1], tmp_path / "silent.html")
     open_viewer(browser, tmp_path / "silent.html")
     browser.execute_script("document.getElementById('play').click()")
-    time.sleep(0.6)
-    assert browser.execute_script("return elocute.sound.currentTime") > 0.3
+    assert eventually(lambda: browser.execute_script("return elocute.sound.currentTime") > 0.3)
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_the_viewer(speech_wav, browser, tmp_path):
     """As in a notebook: a frame in a page, whose scripts cannot reach the page."""
     take = animate(speech_wav, fps=10)
@@ -145,13 +154,9 @@ def test_a_notebook_shows_the_viewer(speech_wav, browser, tmp_path):
     try:
         wait_for_viewer(browser)
         assert browser.execute_script("return elocute.meshes.length") > 0
-        heard_s = None
-        for _ in range(100):  # until the browser has read the sound's header
-            heard_s = browser.execute_script("return elocute.sound.duration")
-            if heard_s:
-                break
-            time.sleep(0.1)
-        assert heard_s == pytest.approx(10.7, abs=0.1)
+        duration = "return elocute.sound.duration"  # once the browser has read the sound's header
+        assert eventually(lambda: browser.execute_script(duration))
+        assert browser.execute_script(duration) == pytest.approx(10.7, abs=0.1)
         assert browser.execute_script("return origin") == "null"
     finally:
         browser.switch_to.default_content()

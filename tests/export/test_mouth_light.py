@@ -95,6 +95,7 @@ def test_teeth_behind_round_lips_are_dark_and_not_blue(draw, worn, backend):
     assert (inside[:, 0] + 2 >= inside[:, 2]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.system
 @pytest.mark.parametrize("viseme", POSES)
 def test_both_engines_draw_the_same_mouth(draw, worn, viseme):
@@ -104,6 +105,7 @@ def test_both_engines_draw_the_same_mouth(draw, worn, viseme):
     assert np.percentile(difference, 97) < 12
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_the_page_finds_the_same_opening(need, motion, worn, tmp_path):
     write_html(motion, tmp_path / "page.html")

@@ -1,6 +1,8 @@
 """USD packages, opened and judged by Pixar's own library."""
 
+import errno
 import io
+import os
 import zipfile
 from importlib import import_module
 
@@ -144,3 +146,13 @@ def test_the_same_motion_gives_the_same_bytes(motion, tmp_path):
 def test_a_folder_that_is_not_there(motion, tmp_path):
     with pytest.raises(OutputError):
         write_usdz(motion, tmp_path / "no" / "a.usdz")
+
+
+def test_a_disk_that_is_full_for_the_sound_is_told_of_the_package(motion, tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "sound.wav")
+
+    monkeypatch.setattr("elocute.export.usdz.write_wav", full)
+    with pytest.raises(OutputError, match=r"talk\.usdz: cannot be written \(No space left"):
+        write_usdz(motion, tmp_path / "talk.usdz", sound=tmp_path / "speech.wav")
+    assert list(tmp_path.iterdir()) == []

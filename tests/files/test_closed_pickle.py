@@ -322,6 +322,7 @@ class TestBrokenFiles:
         refused(b"}" + knots[:-1] + b"Ns.", "a tuple as a key")
         refused(b"cnumpy\ndtype\n" + knots[:-1] + b"\x85R.", "an array of type tuple")
 
+    @pytest.mark.slow
     def test_random_damage_is_always_one_line(self, read, python2):
         whole = python2.dumps(python2.flame(vertices=12, components=2))
         rng = np.random.default_rng(0)

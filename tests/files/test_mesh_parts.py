@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from PIL import Image
 
 from elocute.errors import HeadError
+from elocute.files.gltf_nodes import local_matrix
 from elocute.files.mesh_parts import read_mesh_parts
 from tests.files.test_meshes import large_picture
 from tests.support.gltf_files import glb
@@ -107,3 +109,76 @@ def test_a_mesh_of_another_kind_is_refused(tmp_path):
     assert "mesh" in refused(tmp_path / "head.stl", b"solid nothing\nendsolid\n")
     assert "mesh" in refused(tmp_path / "head.stl", struct.pack("<80sI", b"", 4_000_000_000))
     assert json.dumps(refused(tmp_path / "head.ply", b"ply\nformat ascii 1.0\nend_header\n"))
+
+
+def nothing_but_lengths(count: int, **attributes: int) -> bytes:
+    """A file of accessors without bytes, which are zeros by the specification."""
+    kinds = {"POSITION": (5126, "VEC3"), "JOINTS_0": (5121, "VEC4"), "WEIGHTS_0": (5126, "VEC4")}
+    return glb(
+        {
+            "asset": {"version": "2.0"},
+            "nodes": [{"mesh": 0} | ({"skin": 0} if "JOINTS_0" in attributes else {}), {}],
+            "skins": [{"joints": [1]}],
+            "meshes": [{"primitives": [{"attributes": attributes}]}],
+            "accessors": [
+                {"componentType": kinds[name][0], "type": kinds[name][1], "count": count}
+                for name in attributes
+            ],
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        nothing_but_lengths(40_000_000, POSITION=0),
+        nothing_but_lengths(7_000_000, POSITION=0),
+        nothing_but_lengths(2_000_000, POSITION=0, JOINTS_0=1, WEIGHTS_0=2),
+    ],
+)
+def test_what_a_file_only_says_takes_no_memory(tmp_path, data):
+    tracemalloc.start()
+    try:
+        told = refused(tmp_path / "a.glb", data)
+        assert tracemalloc.get_traced_memory()[1] < 20e6
+    finally:
+        tracemalloc.stop()
+    assert "more memory than its size allows" in told and "1 GB" in told
+
+
+def test_a_skin_is_placed_once_for_all_its_parts(tmp_path, monkeypatch):
+    """Each of 200 parts stands where its joint does, and no joint is placed for each of them."""
+    placed = []
+    monkeypatch.setattr(
+        "elocute.files.gltf_nodes.local_matrix",
+        lambda node: placed.append(node) or local_matrix(node),
+    )
+    joints, parts = 500, 200
+    pieces = [POINTS.tobytes(), bytes(12), np.tile(np.float32([1, 0, 0, 0]), 3).tobytes()]
+    starts = np.cumsum([0, *map(len, pieces)]).tolist()
+    attributes = {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}
+    record = {
+        "asset": {"version": "2.0"},
+        "nodes": [
+            {"mesh": 0, "skin": 0},
+            *({"translation": [0, 0, 1], "children": [n + 1]} for n in range(1, joints)),
+            {"translation": [0, 0, 1]},
+        ],
+        "skins": [{"joints": list(range(1, joints + 1))[::-1]}],
+        "meshes": [{"primitives": [{"attributes": attributes}] * parts}],
+        "accessors": [
+            {"bufferView": number, "componentType": kind, "type": width, "count": 3}
+            for number, (kind, width) in enumerate([(5126, "VEC3"), (5121, "VEC4"), (5126, "VEC4")])
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": start, "byteLength": len(piece)}
+            for start, piece in zip(starts, pieces, strict=False)
+        ],
+        "buffers": [{"byteLength": starts[-1]}],
+    }
+    path = tmp_path / "a.glb"
+    path.write_bytes(glb(record, b"".join(pieces)))
+    found = read_mesh_parts(path, max_bytes=10**6, error=HeadError)
+    assert len(found) == parts
+    assert np.allclose(found[-1].vertices, POINTS + np.array([0, 0, joints]))
+    assert len(placed) == joints + 1

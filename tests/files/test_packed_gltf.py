@@ -204,6 +204,7 @@ def test_a_turned_picture_is_where_its_material_puts_it(tmp_path):
     assert np.allclose(down, [[0.25, 0.5], [2.25, 0.5], [0.25, 0.0]])
 
 
+@pytest.mark.slow
 def test_damaged_streams_end_in_one_line(node, dressed, tmp_path):
     packed = gltfpack(node, dressed, "-cc").read_bytes()
     start = packed.index(b"BIN\0") + 4

@@ -15,6 +15,12 @@ def test_a_record_comes_back(tmp_path):
     assert read_record(tmp_path / "b.json", **LIMITS) == {}
 
 
+def test_brackets_in_texts_and_many_in_a_row_are_no_depth(tmp_path):
+    record = {"a": "[{" * 500 + '"\\', "b": [[]] * 500, "c": "]]" * 500}
+    write_record(tmp_path / "a.json", record)
+    assert read_record(tmp_path / "a.json", **LIMITS) == record
+
+
 @pytest.mark.parametrize(
     ("text", "found"),
     [
@@ -24,6 +30,8 @@ def test_a_record_comes_back(tmp_path):
         ('{"a": ' + "9" * 400 + "}", "400 digits"),
         ('{"a": ' + "9" * 9000 + "}", "9000 digits"),
         ("[" * 50_000, "nested too deeply"),
+        (f'{{"a": {"[" * 101}{"]" * 101}}}', "nested too deeply"),
+        ('{"a":' * 200 + "[]" + "}" * 200, "nested too deeply"),
         ("[1, 2]", "JSON of a list"),
         ("{", "no JSON"),
         ("", "no JSON"),
@@ -60,3 +68,10 @@ def test_memory_is_known_before_a_text_is_parsed():
     text = b"[" + b"[]," * 12_000_000 + b"[]]"
     with pytest.raises(InputError, match=r"no JSON .1.188 GB once it is read"):
         parse_json(text, "list", allowed="JSON")
+
+
+def test_what_a_library_says_in_lines_is_one_line():
+    assert str(HeadError("a.ply: cannot be read\n  at line 3\r\n")) == (
+        "a.ply: cannot be read at line 3"
+    )
+    assert str(InputError("two  spaces of a name")) == "two  spaces of a name"

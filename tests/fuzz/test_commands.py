@@ -16,6 +16,7 @@ if not sys.platform.startswith("linux"):
     pytest.skip("cases are judged in forks with limits of Linux", allow_module_level=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reader", COMMANDS, ids=lambda reader: reader.name)
 def test_commands_refuse_in_one_line(server: Server, reader: Reader):
     for name in reader.needs:

@@ -23,6 +23,7 @@ SHORT = [reader for reader in READERS if reader.short]
 HERE = {reader.name for reader in usable()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reader", SHORT, ids=lambda reader: reader.name)
 def test_mutations_are_read_or_refused(server: Server, reader: Reader):
     if reader.name not in HERE:

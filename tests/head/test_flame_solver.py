@@ -41,6 +41,7 @@ def moving(shape):
     return FlameParameters(shape, expression, pose, rng.normal(0, 0.05, (FRAMES, 3)))
 
 
+@pytest.mark.slow
 def test_everything_is_found_again(model, moving):
     found, residual_mm = solve_flame(model, moving.vertices(model))
     assert residual_mm.max() < 0.01
@@ -69,6 +70,7 @@ def test_as_vocaset_has_it(model, moving):
     assert not found.translation.any() and not found.pose[:, :6].any()
 
 
+@pytest.mark.slow
 def test_noise_is_not_explained(model, moving):
     given = moving.vertices(model)
     noise = np.random.default_rng(2).normal(0, 5e-4, given.shape)

@@ -1,10 +1,13 @@
 """Expression shapes: symmetric, finite, and doing what their names say."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from elocute.head import load_builtin_head
 from elocute.head.identity import sample_identity
+from elocute.head.shape_reach import shape_reach
 
 FLIP = np.array([-1, 1, 1], np.float32)
 
@@ -150,3 +153,11 @@ def test_combinations_stay_sane(head):
         assert np.linalg.norm(vertices - head.template, axis=1).max() < 0.05
         turned = (normals(vertices) * rest).sum(1) < 0
         assert turned.mean() < 0.12, weights
+
+
+def test_lids_and_corners_in_one_place_have_no_reach():
+    """Of a head that is flat, what another face's eyes are wider by is no number."""
+    head = load_builtin_head()
+    flat = replace(head, template=head.template * np.array([0, 0, 1], np.float32))
+    assert shape_reach(flat, head.template) == {}
+    assert "eyeBlinkLeft" in shape_reach(head, head.template)

@@ -21,6 +21,7 @@ import pytest
 from tests.support.commands import python, run_apart, run_python
 
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.cluster,
     pytest.mark.skipif(not importlib.util.find_spec("ray"), reason="needs the extra `cluster`"),
     pytest.mark.skipif(not Path("/proc/self").exists(), reason="finds workers in Linux's /proc"),
@@ -170,7 +171,7 @@ def test_no_cluster_there(tmp_path: Path):
             os.environ.pop(name, None)
             if value is not None:
                 os.environ[name] = value
-    assert time.monotonic() - started < CONNECT_S + 10
+    assert time.monotonic() - started < CONNECT_S + 60  # Ray's own patience is minutes
 
 
 def test_propagate_on_the_cluster_and_a_killed_driver(node, wild: Path, tmp_path: Path):

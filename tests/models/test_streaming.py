@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import tracemalloc
 from typing import Any
 
@@ -198,3 +199,24 @@ def test_a_long_sound_is_made_into_features_piece_by_piece():
     assert [len(block) for block in blocks] == [1_200_000, 1_200_000, 400_000]
     assert np.array_equal(np.concatenate(blocks), sound.samples)
     assert [share for _, share in blocks_of(sound).blocks][-1] == 1.0
+
+
+def test_threads_that_push_at_once_lose_no_sound():
+    """Of silence, in which the order of blocks makes no difference: every frame comes once."""
+    opened, block, times = (
+        elocute.stream(16_000, "articulation", fps=50),
+        np.zeros(800, np.float32),
+        [],
+    )
+
+    def push() -> None:
+        for _ in range(10):
+            times.extend(frame.time_s for frame in opened.push(block))
+
+    threads = [threading.Thread(target=push) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    times.extend(frame.time_s for frame in opened.flush())
+    assert sorted(times) == pytest.approx(np.arange(100) / 50)

@@ -67,7 +67,11 @@ def test_everybody_is_known_by_a_sentence_nobody_taught(versed: Any, name: str) 
     model = VocaModel(versed.model)
     speech, _ = extract_features(model, versed.corpus.sound(name))
     fit = fit_style(model, [ObservedMotion(speech, recorded_motion(versed.corpus, name))])
-    assert fit.best_style == next(iter(fit.mix)) == versed.corpus.entry(name).subject
+    subject = versed.corpus.entry(name).subject
+    others = [error for style, error in fit.styles.items() if style != subject]
+    # Not by a hair. First in the mix it need not be: plain lies halfway between broad and tense.
+    assert fit.best_style == subject and fit.styles[subject] < 0.9 * min(others)
+    assert fit.error_mm < 1.05 * fit.styles[subject]
 
 
 def test_the_error_is_the_distance_of_vertices(

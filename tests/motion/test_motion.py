@@ -171,3 +171,11 @@ class TestBadFiles:
         np.savez(tmp_path / "forged.npz", **forge(arrays))
         with pytest.raises(MotionError, match="forged"):
             load_motion(tmp_path / "forged.npz")
+
+
+def test_a_curve_that_is_not_there_says_the_nearest():
+    curves = Curves(np.zeros((2, 52), np.float32), ARKIT_NAMES, 60.0)
+    with pytest.raises(KeyError, match=r"no curve 'JawOpne'; nearest: jawOpen"):
+        curves["JawOpne"]
+    with pytest.raises(KeyError, match=r"no curve 'cape'; there are eyeBlinkLeft, "):
+        curves["cape"]

@@ -2,9 +2,14 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
+from scipy.optimize import LinearConstraint, lsq_linear, minimize
 
-from elocute.numerics.bounded_least_squares import solve_box, solve_box_chain, solve_box_rows
+from elocute.numerics.bounded_least_squares import (
+    solve_box,
+    solve_box_chain,
+    solve_box_rows,
+    solve_box_sum,
+)
 
 
 def drawn(unknowns: int = 12) -> tuple[np.ndarray, np.ndarray]:
@@ -27,6 +32,28 @@ def test_each_row_equals_scipys(unknowns: int):
     one_by_one = np.stack([solve_box(gram, side, low, high) for side in sides])
     assert np.abs(one_by_one - theirs).max() < 1e-8
     assert np.abs(solve_box_rows(gram, sides, -0.1, 0.3) - theirs).max() < 1e-6
+
+
+def test_a_sum_is_kept_and_the_rest_is_the_best_beside_it():
+    shapes, targets = drawn()
+    gram, group = shapes.T @ shapes, np.array([1.0] * 7 + [0.0] * 5)
+    low, high = np.zeros(12), np.ones(12)
+    low[3] = 0.4
+    for side in targets @ shapes * 8:
+        found = solve_box_sum(gram, side, low, high, group)
+        theirs = minimize(
+            lambda x, side=side: x @ gram @ x / 2 - side @ x,
+            np.clip(low, 0, 1),
+            jac=lambda x, side=side: gram @ x - side,
+            method="trust-constr",
+            bounds=list(zip(low, high, strict=True)),
+            constraints=[LinearConstraint(group[None], -np.inf, 1.0)],
+            options={"gtol": 1e-10, "xtol": 1e-12, "maxiter": 2000},
+        ).x
+        assert group @ found <= 1
+        assert np.abs(found - theirs).max() < 1e-3
+    loose = solve_box_sum(gram, targets[0] @ shapes * 0.01, low, high, group)
+    assert (loose == solve_box(gram, targets[0] @ shapes * 0.01, low, high)).all()
 
 
 def test_without_bounds_it_is_least_squares():

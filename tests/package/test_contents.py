@@ -12,6 +12,8 @@ import pytest
 from tests.support.commands import run_python
 
 pytest.importorskip("hatchling", reason="needs the development environment")
+
+pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
 VIEWER = {
     "viewer.js",

@@ -84,6 +84,7 @@ def test_the_simulation_takes_something_away():
         run("import fcntl")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["npz", "csv", "glb", "html"])
 def test_speech_is_animated_without_posix(tmp_path, speech_wav, suffix):
     run(

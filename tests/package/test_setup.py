@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -68,14 +69,26 @@ def requires_python(name: str) -> str:
     return ",".join(metadata(name).get_all("Requires-Python") or [])
 
 
+def locked() -> dict[str, list[str]]:
+    """`name==version` and its hashes, of everything that development is done with."""
+    text = (ROOT / "constraints/dev.txt").read_text(encoding="utf-8")
+    entries = re.findall(r"^(\S+==\S+)((?: \\\n +--hash=sha256:[0-9a-f]{64})*)$", text, re.M)
+    assert len(entries) == len(re.findall("==", text))
+    return {name: hashes.split()[1::2] for name, hashes in entries}
+
+
+def test_every_pin_has_hashes_and_no_address():
+    """pip refuses a file that another has put under the same name and version."""
+    assert [name for name, hashes in locked().items() if not hashes] == []
+    text = (ROOT / "constraints/dev.txt").read_text(encoding="utf-8")
+    assert "://" not in text and not re.search(r"^-", text, re.M)
+    assert not any(name.startswith("torch==") for name in locked())
+
+
 @pytest.mark.skipif(sys.version_info[:2] != (3, 11), reason="the pins are for Python 3.11")
 def test_pinned_versions_install_on_every_python_of_their_series():
     """A pin that wants 3.11.5 breaks `make test` on Debian's 3.11.2, and on no newer machine."""
-    pins = [
-        line.partition("==")[0]
-        for line in (ROOT / "constraints/dev.txt").read_text().splitlines()
-        if not line.startswith("#")
-    ]
+    pins = [pin.partition("==")[0] for pin in locked()]
     assert len(pins) > 100
     wanted = {name: requires_python(name) for name in pins}
     assert {

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import ast
-import re
 from pathlib import Path
 from typing import Any
 
@@ -13,34 +11,6 @@ from typer.main import get_command
 from elocute.cli.app import command_line
 from elocute.cli.flags import in_flags
 from tests.support.commands import run_apart
-
-SOURCE = Path(__file__).parents[2] / "src" / "elocute"
-LIBRARY = [p for p in sorted(SOURCE.rglob("*.py")) if "cli" not in p.relative_to(SOURCE).parts]
-FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
-OTHERS = ("ray get-auth-token --generate", "ray start --head")
-"""Commands of other programs, which have no other name."""
-
-
-def flags_in(text: str) -> list[str]:
-    """Flags in the texts of a source, docstrings included, `file:line flag` each."""
-    found = []
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str):
-            plain = node.value
-            for other in OTHERS:
-                plain = plain.replace(other, "")
-            found += [f"{node.lineno} {flag}" for flag in FLAG.findall(plain)]
-    return found
-
-
-@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.relative_to(SOURCE).as_posix())
-def test_the_library_never_speaks_of_flags(path: Path) -> None:
-    assert flags_in(path.read_text(encoding="utf-8")) == []
-
-
-def test_a_flag_is_found_where_there_is_one() -> None:
-    assert flags_in('told = f"{rate} as --fit-pairs says"') == ["1 --fit-pairs"]
-    assert flags_in('"ray start --head", "a -- dash", "well--known"') == []
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import subprocess
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -52,47 +53,62 @@ def commands(tmp_path_factory, speech_wav) -> Path:
     return path
 
 
-def started(commands: Path, *before: str) -> subprocess.CompletedProcess[str]:
-    command = [*before, *python("-m", "tests.promises.offline", commands)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+ALONE = ["unshare", "--map-root-user", "--net"]
+"""In a network of its own that holds nothing, not even this machine."""
+WATCHED = ["strace", "--follow-forks", "--seccomp-bpf", "--quiet=all", "--trace=socket,connect"]
+"""FFmpeg, onnxruntime and the renderer are asked by the kernel, not by Python."""
 
 
-def test_no_command_opens_a_socket(commands):
-    done = started(commands)
-    assert done.returncode == 0, done.stderr
+def can(*before: str) -> bool:
+    """Whether a program is here, and may do what it does."""
+    return bool(shutil.which(before[0])) and not subprocess.run([*before, "true"]).returncode
 
 
-def test_no_library_keeps_anything_of_its_own_in_the_home_folder(commands, tmp_path):
-    """onnxruntime 1.31 keeps an identifier there, and what it would send to its maker."""
-    home = os.environ | {"HOME": str(tmp_path), "XDG_STATE_HOME": str(tmp_path / "state")}
+@dataclass(frozen=True)
+class Watch:
+    """What became of the commands, each way of watching at once; None: it is not here."""
+
+    home: Path
+    alone: bool
+    calls: str | None
+
+
+@pytest.fixture(scope="module")
+def watched(commands: Path, tmp_path_factory: pytest.TempPathFactory) -> Watch:
+    """All commands once. A socket ends them by the hook, a network is not there to be reached."""
+    folder = tmp_path_factory.mktemp("watched")
+    home, log = folder / "home", folder / "calls"
+    home.mkdir()
+    strace = [*WATCHED, f"--output={log}"]
+    before = [*(strace if can(*strace) else []), *(ALONE if can(*ALONE) else [])]
     done = subprocess.run(
-        python("-m", "tests.promises.offline", commands), env=home, cwd=ROOT, capture_output=True
+        [*before, *python("-m", "tests.promises.offline", commands)],
+        env=os.environ | {"HOME": str(home), "XDG_STATE_HOME": str(home / "state")},
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
     )
     assert done.returncode == 0, done.stderr
-    kept = {path.relative_to(tmp_path).parts[0] for path in tmp_path.rglob("*") if path.is_file()}
+    calls = log.read_text(encoding="utf-8") if before[:1] == WATCHED[:1] else None
+    return Watch(home, ALONE[0] in before, calls)
+
+
+def test_no_library_keeps_anything_of_its_own_in_the_home_folder(watched: Watch):
+    """onnxruntime 1.31 keeps an identifier there, and what it would send to its maker."""
+    home = watched.home
+    kept = {path.relative_to(home).parts[0] for path in home.rglob("*") if path.is_file()}
     assert kept <= {"state"}
 
 
 @pytest.mark.system
-def test_every_command_works_without_any_network(commands, need):
-    """In a network of its own that holds nothing, not even this machine."""
-    alone = ["unshare", "--map-root-user", "--net"]
-    can = shutil.which("unshare") and not subprocess.run([*alone, "true"]).returncode
-    need(can, "unshare, and the right to a network namespace")
-    done = started(commands, *alone)
-    assert done.returncode == 0, done.stderr
+def test_every_command_works_without_any_network(watched: Watch, need):
+    need(watched.alone, "unshare, and the right to a network namespace")
 
 
 @pytest.mark.system
-def test_no_library_below_python_opens_a_socket_either(commands, tmp_path, need):
-    """FFmpeg, onnxruntime and the renderer are asked by the kernel, not by Python."""
-    log = tmp_path / "calls"
-    watch = ["strace", "--follow-forks", "--quiet=all", "--trace=socket,connect", f"--output={log}"]
-    can = shutil.which("strace") and not subprocess.run([*watch, "true"]).returncode
-    need(can, "strace, and the right to trace")
-    done = started(commands, *watch)
-    assert done.returncode == 0, done.stderr
-    assert re.findall(r".*AF_INET.*", log.read_text(encoding="utf-8")) == []
+def test_no_library_below_python_opens_a_socket(watched: Watch, need):
+    need(watched.calls is not None, "strace, and the right to trace")
+    assert re.findall(r".*AF_INET.*", watched.calls or "") == []
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import time
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
@@ -13,10 +12,12 @@ from urllib.parse import unquote, urldefrag, urlsplit
 
 import pytest
 
-from tests.support.browser import headless_browser
+from tests.support.browser import eventually, headless_browser
 from tests.support.commands import run_python
 
 pytest.importorskip("mkdocs", reason="needs the dependency group `dev`")
+
+pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
 LOADED = {
@@ -54,6 +55,8 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if built := os.environ.get("ELOCUTE_SITE"):  # by scripts/check, as strictly as here
+        return Path(built)
     folder = tmp_path_factory.mktemp("site")
     quiet = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
     build = "mkdocs", "build", "--strict", "--site-dir", folder
@@ -140,9 +143,7 @@ def search(browser: Any, words: str) -> list[str]:
     field = browser.find_element("css selector", "[data-md-component=search-query]")
     browser.execute_script("arguments[0].focus()", field)
     field.send_keys(words)
-    for _ in range(100):
-        found = browser.find_elements("css selector", ".md-search-result__item h1")
-        if found:
-            return [browser.execute_script("return arguments[0].innerText", one) for one in found]
-        time.sleep(0.1)
-    return []
+    items = "css selector", ".md-search-result__item h1"
+    assert eventually(lambda: browser.find_elements(*items))
+    found = browser.find_elements(*items)
+    return [browser.execute_script("return arguments[0].innerText", one) for one in found]

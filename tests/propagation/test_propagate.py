@@ -20,6 +20,8 @@ from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shards import Shards, open_shards
 from tests.support.commands import one_line, python, run_here, run_python
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 WORDS = ("one", "three", "two", "zero")
 

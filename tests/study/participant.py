@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import json
-import time
 from typing import Any
 
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
+
+from tests.support.browser import eventually
 
 READY = "document.getElementById('main').dataset.ready === 'yes'"
 ANSWERABLE = f"{READY} && !document.querySelector('fieldset').disabled"
 INTERLUDE = "[...document.querySelectorAll('main button')].some(b => b.textContent === 'Start')"
 OVER = "document.getElementById('code') !== null"
 HEADING = "document.querySelector('main h1')?.textContent"
-PATIENCE_S = 60
 
 
 class Participant:
@@ -28,12 +28,9 @@ class Participant:
 
     def until(self, condition: str) -> Any:
         """Wait until an expression of the page is true, and give it."""
-        end = time.monotonic() + PATIENCE_S
-        while time.monotonic() < end:
-            found = self.run(f"return {condition}")
-            if found:
-                return found
-            time.sleep(0.02)
+        found: list[Any] = []
+        if eventually(lambda: found.append(self.run(f"return {condition}")) or found[-1]):
+            return found[-1]
         told = self.run("return document.body.innerText")
         raise AssertionError(f"never {condition}: {told!r} {self.driver.get_log('browser')}")
 

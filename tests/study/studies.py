@@ -18,6 +18,7 @@ import numpy as np
 
 from elocute.study.clip_file import write_clip
 from elocute.study.stimulus_sound import RATE
+from tests.support.commands import TIMEOUT_S
 
 FPS, SECONDS = 25, 1.2
 FLASHES_S = (0.4, 0.8)
@@ -106,7 +107,7 @@ def served(
         yield line.split("http://")[1].split("/")[0]
     finally:
         running.send_signal(signal.SIGTERM)
-        running.communicate(timeout=30)
+        running.communicate(timeout=TIMEOUT_S)
 
 
 class Asker:
@@ -148,7 +149,7 @@ class Asker:
         self, method: str, path: str, body: bytes | None, fields: dict[str, str]
     ) -> tuple[http.client.HTTPResponse, bytes]:
         if self._connection is None:
-            self._connection = http.client.HTTPConnection(self.host, timeout=30)
+            self._connection = http.client.HTTPConnection(self.host, timeout=TIMEOUT_S)
         self._connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
         for name, value in fields.items():
             self._connection.putheader(name, value)

@@ -94,6 +94,7 @@ def shown(path: Path, data: Path, clip: Clip) -> tuple[ClipMaking, Motion]:
     return made, shown_motion(source, made.times(voice.duration_s))
 
 
+@pytest.mark.slow
 def test_a_recorded_clip_moves_the_face_of_a_study(corpora, tmp_path):
     path = tmp_path / "study.toml"
     path.write_text(HEAD + BINARY + QUICK.format(speaker="broad", face="esi"))
@@ -105,6 +106,7 @@ def test_a_recorded_clip_moves_the_face_of_a_study(corpora, tmp_path):
     assert np.abs(seen[0, :40, :96] - seen[0, :40, 96:]).mean() < 3
 
 
+@pytest.mark.slow
 def test_weights_and_vertices_move_it_alike(corpora, tmp_path):
     path = tmp_path / "study.toml"
     path.write_text(HEAD + BINARY + QUICK.format(speaker="broad", face="esi"))
@@ -116,6 +118,7 @@ def test_weights_and_vertices_move_it_alike(corpora, tmp_path):
     assert np.abs(one - other).max() < 2e-4 < 2e-3 < np.abs(one - one[0]).max()
 
 
+@pytest.mark.slow
 def test_a_style_is_compared_with_a_recording_of_its_own_speaker(corpora, tmp_path):
     path = tmp_path / "study.toml"
     told = QUICK.format(speaker="tense", face="mean")
@@ -130,3 +133,21 @@ def test_a_style_is_compared_with_a_recording_of_its_own_speaker(corpora, tmp_pa
 def test_the_papers_studies_are_whole(name):
     design = read_design(STUDIES / f"{name}.toml")
     assert any(each.motion == "corpus" for each in design.conditions)
+
+
+@pytest.mark.parametrize("name", ["voca_binary", "voca_ablation"])
+def test_no_training_speaker_says_what_people_hear(name):
+    """Of each test speaker's own last twenty sentences, five."""
+    from recipes.corpus.sharing import FEW_EACH, share_sentences
+    from recipes.corpus.subjects import SUBJECTS, TEST, VALIDATION
+
+    spoken = share_sentences([each.style for each in SUBJECTS], (*VALIDATION, *TEST), seed=1)
+    heard = [
+        Path(each.file).stem.split(".")
+        for each in read_design(STUDIES / f"{name}.toml").stimuli.sounds
+    ]
+    assert [speaker for speaker, _ in heard] == [each for each in TEST for _ in range(5)]
+    for speaker, sentence in heard:
+        number = int(sentence[1:])
+        assert number in spoken[speaker][-FEW_EACH:]
+        assert [each for each, said in spoken.items() if number in said] == [speaker]

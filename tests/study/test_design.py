@@ -104,3 +104,28 @@ def test_bytes_that_are_no_text_are_refused(tmp_path):
 @pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("*.toml")), ids=lambda p: p.stem)
 def test_every_study_that_comes_along_can_be_read(path):
     assert read_design(path).analysis.baseline
+
+
+def test_the_remedy_for_one_sound_works(tmp_path):
+    """What the error proposes, `items = 0` and `every = 0`, is enough: `right` follows."""
+    one = HEAD + VIDEOS.replace("ours/*.mp4", "ours/one.mp4")
+    with pytest.raises(StudyError, match=r"or \[qualification\] items = 0 and \[catch\] every = 0"):
+        read_design(written(tmp_path, one))
+    remedied = one + "[qualification]\nitems = 0\n[catch]\nevery = 0\n"
+    design = read_design(written(tmp_path, remedied))
+    assert (design.qualification.items, design.qualification.needed) == (0, 0)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        'return_to = "javascript:alert(1)"',
+        'return_to = "https://a.example/{secret}"',
+        'return_to = "https://{id}.example/"',
+        'done_code = "a b"',
+        'parameter = "a&b"',
+    ],
+)
+def test_what_no_panel_can_take_is_refused(tmp_path, line):
+    with pytest.raises(StudyError, match=r"line \d+: \[panel\] `"):
+        read_design(written(tmp_path, HEAD + VIDEOS + f"[panel]\n{line}\n"))

@@ -62,11 +62,12 @@ def test_a_participant_comes_to_the_end_with_reloads_and_double_clicks(person, h
     rows = answers_of(host, person.finish())
     assert [row["order"] for row in rows] == [1, 2, 3, 4]
     assert [row["answer"] == row["left"] for row in rows] == [True, False, True, True]
-    assert all(0.3 < row["seconds"] < 100 for row in rows)
+    assert all(0.3 < row["seconds"] < 300 for row in rows)  # no milliseconds
     serious = [each for each in person.driver.get_log("browser") if each["level"] == "SEVERE"]
     assert not serious, serious
 
 
+@pytest.mark.slow
 def test_by_keyboard_alone(person, host):
     person.driver.get(f"http://{host}/")
     person.run("localStorage.clear()")
@@ -99,6 +100,7 @@ def test_by_keyboard_alone(person, host):
     assert len(rows) == 4 and all(row["answer"] == row["right"] for row in rows)
 
 
+@pytest.mark.slow
 def test_two_tabs_store_each_answer_once(person, host):
     person.begin()
     first = person.driver.current_window_handle
@@ -137,9 +139,13 @@ def test_both_sides_show_one_picture_and_the_right_one(person, host):
     added = person.driver.execute_cdp_cmd(
         "Page.addScriptToEvaluateOnNewDocument", {"source": script}
     )
+    slowly = (  # so that a busy browser, too, draws each flash
+        "const play = HTMLMediaElement.prototype.play; HTMLMediaElement.prototype.play ="
+        " function () { this.playbackRate = 0.25; return play.call(this); }"
+    )
     try:
         person.begin()
-        person.run("window.drawn = []")
+        person.run(f"window.drawn = []; {slowly}")
         person.answer()
         drawn = person.run("return window.drawn")
     finally:
@@ -152,6 +158,7 @@ def test_both_sides_show_one_picture_and_the_right_one(person, host):
     assert blue[0] == (row["left"] in ("ours", "mismatched"))
 
 
+@pytest.mark.slow
 def test_a_slow_network_only_takes_longer(person, host):
     network = {"offline": False, "latency": 60, "downloadThroughput": 150_000}
     person.driver.execute_cdp_cmd("Network.enable", {})
@@ -204,6 +211,7 @@ def test_who_leaves_has_nothing_stored(person, host):
     person.until("document.getElementById('agree')")
 
 
+@pytest.mark.slow
 def test_in_german_on_a_phone(person, host):
     person.driver.set_window_size(*PHONE)
     person.open()
@@ -236,6 +244,7 @@ def test_a_screen_that_is_too_narrow_is_told(person):
     assert person.run("return document.querySelector('main button.main').disabled")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
 def test_axe_finds_nothing(person, need, size):
     need(AXE.is_file(), "web/node_modules/axe-core (npm ci)")
@@ -276,6 +285,7 @@ def test_axe_finds_nothing(person, need, size):
     assert {name: told for name, told in found.items() if told} == {}
 
 
+@pytest.mark.slow
 def test_no_other_host_is_asked(person, host):
     person.driver.get_log("performance")
     person.begin()
@@ -351,6 +361,7 @@ def test_no_text_becomes_markup_and_headphones_are_checked(driver, words):
     )
 
 
+@pytest.mark.slow
 def test_one_command_after_another_makes_serves_and_exports(driver, videos, tmp_path):
     """From two folders of videos to a table, by the commands alone."""
 
@@ -387,3 +398,35 @@ def test_one_command_after_another_makes_serves_and_exports(driver, videos, tmp_
     )
     assert len(table.read_text().splitlines()) == 5
     assert code in (tmp_path / "p.json").read_text()
+
+
+def test_who_comes_from_a_panel_goes_back_with_its_code(driver, videos, tmp_path):
+    """The id is told and kept; a second visit by the same link ends where the first one did."""
+    panel = (
+        '[panel]\nreturn_to = "https://p.example/done?cc={code}&s={session}"\ndone_code = "C1X"\n'
+    )
+    (tmp_path / "study.toml").write_text(HEAD + VIDEOS + QUICK + panel)
+    make_stimuli(tmp_path / "study.toml", tmp_path / "s", data=videos)
+    token = {"ELOCUTE_STUDY_ADMIN_TOKEN": ADMIN["Authorization"].split()[1]}
+    with served(tmp_path / "s", environment=token) as host:
+        person = Participant(driver, host)
+        driver.set_window_size(*DESK)
+        link = "?fbclid=Iw-_&prolific_pid=5f0c&STUDY_ID=61aa&SESSION_ID=7%267&x=%3Cb%3E"
+        person.open(link)
+        assert "5f0c" in driver.find_element(By.ID, "main").text
+        person.agree()
+        person.see()
+        person.next_trial()
+        assert person.finish() == "C1X"
+        back = driver.find_element(By.CSS_SELECTOR, "main a.back")
+        assert back.get_attribute("href") == "https://p.example/done?cc=C1X&s=7%267"
+        person.open(link)  # from another browser: nothing is kept in this one
+        person.click("#agree")
+        person.click("main button.main")
+        person.until(OVER)
+        asker = Asker(host)
+        with contextlib.closing(asker):
+            people = json.loads(asker.send("GET", "/admin/participants.json", None, ADMIN)[2])
+        assert [each["panel"] for each in people["participants"]] == [
+            {"id": "5f0c", "study": "61aa", "session": "7&7"}
+        ]

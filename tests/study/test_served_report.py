@@ -12,6 +12,8 @@ pytest.importorskip("matplotlib")
 from tests.support.commands import run_here
 from tests.support.documented_files import answered
 
+pytestmark = pytest.mark.slow
+
 
 def test_what_was_served_is_reported(flashes: Path, tmp_path: Path) -> None:
     folder = tmp_path / "study"

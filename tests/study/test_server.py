@@ -13,6 +13,7 @@ import pytest
 from elocute.study.answers import read_answers
 from elocute.study.server import PAGES
 from tests.study.studies import Asker, served
+from tests.support.commands import TIMEOUT_S
 
 SECRET = "root:x:0"
 NAMES = (
@@ -73,7 +74,8 @@ PAIRS = (
     "/media/" + "0" * 25,
     "/media/" + "A" * 24,
     "/media/" + "0" * 24 + "?x=1",
-    "/?x=1",
+    "/page.js?x=1",
+    "/api/study?PROLIFIC_PID=1",
     "/index.html",
     "/PAGE.JS",
     "/docs",
@@ -268,7 +270,7 @@ def test_who_joins_says_a_language_and_no_more(asker, body):
 def test_large_bodies_are_refused_before_they_are_read(asker, host):
     assert asker.ask("/api/join", b'{"language": "' + b"e" * 5000 + b'"}')[0] == 413
     name, port = host.split(":")
-    with socket.create_connection((name, int(port)), timeout=10) as raw:
+    with socket.create_connection((name, int(port)), timeout=TIMEOUT_S) as raw:
         raw.sendall(
             f"POST /api/join HTTP/1.1\r\nHost: {host}\r\nContent-Type: application/json\r\n"
             "Transfer-Encoding: chunked\r\n\r\n".encode()
@@ -459,7 +461,7 @@ def test_public_needs_an_administrator_s_token(flashes, tmp_path, token):
         env=os.environ | {"ELOCUTE_STUDY_ADMIN_TOKEN": token},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=TIMEOUT_S,
         check=False,
     )
     assert done.returncode == 2 and "ELOCUTE_STUDY_ADMIN_TOKEN" in done.stderr
@@ -486,7 +488,7 @@ def test_only_who_is_invited_comes_in(flashes, tmp_path):
             ],
             capture_output=True,
             text=True,
-            timeout=60,
+            timeout=TIMEOUT_S,
             check=True,
         )
         first, second = (line.split("#link=")[1] for line in made.stdout.split())
@@ -547,3 +549,46 @@ def test_languages_have_the_same_texts():
     assert list(english) == list(german)
     for name, text in english.items():
         assert german[name].count("{") == text.count("{"), name
+
+
+PANEL_LINKS = (
+    "/?PROLIFIC_PID=5f0c&STUDY_ID=61aa&SESSION_ID=77bb",
+    "/?workerId=A1B2&assignmentId=3C&hitId=4D",
+    "/?fbclid=IwAR0x-_&utm_source=mail",
+    "/?",
+    "/?x=" + "1" * 2_000,
+    "/?a=%00%ff&b=../../etc/passwd&c=<script>",
+)
+
+
+@pytest.mark.parametrize("link", PANEL_LINKS)
+def test_whatever_a_panel_adds_to_the_link_the_page_comes(asker, link):
+    status, fields, data = asker.send("GET", link)
+    assert status == 200 and fields["content-type"].startswith("text/html")
+    assert data == (PAGES / "index.html").read_bytes()
+
+
+def test_the_id_of_a_panel_is_kept_and_brings_its_person_back(asker, host):
+    panel = {"id": "5f0c", "study": "61aa", "session": "77bb"}
+    step = asker.join(panel=panel)
+    assert asker.answer(step)[0] == 200
+    again = Asker(host)  # a second visit, from another device
+    status, joined = again.ask("/api/join", {"language": "en", "panel": panel})
+    assert status == 201 and joined["step"]["trial"]["order"] == 2
+    assert asker.ask("/api/step")[0] == 401  # one person, one page
+    admin = {"Authorization": "Bearer a-token-of-the-tests"}
+    people = json.loads(asker.send("GET", "/admin/participants.json", None, admin)[2])
+    assert [p["answered"] for p in people["participants"] if p["panel"] == panel] == [1]
+    again.token = joined["token"]
+    assert again.ask("/api/withdraw", {})[0] == 200
+    body = {"language": "en", "panel": panel}
+    assert again.ask("/api/join", body) == (403, {"error": "again"})
+    assert b"5f0c" not in asker.send("GET", "/admin/participants.json", None, admin)[2]
+    again.close()
+
+
+@pytest.mark.parametrize(
+    "panel", [{}, {"study": "1"}, {"id": ""}, {"id": 1}, {"id": "a\n"}, {"id": "a", "x": "b"}, "a"]
+)
+def test_what_is_no_id_of_a_panel_is_refused(asker, panel):
+    assert asker.ask("/api/join", {"language": "en", "panel": panel})[0] == 400

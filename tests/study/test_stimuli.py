@@ -14,7 +14,7 @@ from elocute.audio.waveform import Waveform
 from elocute.errors import OutputError, StudyError
 from elocute.study.design_file import read_design
 from elocute.study.manifest import open_study
-from elocute.study.sources import inside, with_found_sounds
+from elocute.study.sources import inside, named_file, with_found_sounds
 from elocute.study.stimuli import make_stimuli
 from elocute.study.stimulus_sound import RATE, heard, level_of, voice_noise
 from tests.study.studies import FLASHES_S, FPS, HEAD, QUICK, SECONDS, VIDEOS, flashing
@@ -256,3 +256,90 @@ def test_a_pattern_gives_each_sound_once(folders):
     empty = replace(design, stimuli=replace(design.stimuli, sounds=(changed,)))
     with pytest.raises(StudyError, match="no such sound"):
         with_found_sounds(empty, folders)
+
+
+def test_a_plan_counts_what_a_pattern_finds(folders, capsys):
+    from tests.support.commands import run_here
+
+    study = folders / "study.toml"
+    told = run_here("study", "plan", study, "--simulations", "100", "--json")
+    assert json.loads(told.stdout)["plan"]["stimuli"] == 3
+    (folders / "moved").mkdir()
+    moved = shutil.copy(study, folders / "moved")
+    told = run_here("study", "plan", moved, "--data", folders, "--simulations", "100", "--json")
+    assert json.loads(told.stdout)["plan"]["stimuli"] == 3
+    assert run_here("study", "plan", moved).returncode == 2  # nothing fits the pattern there
+
+
+def test_a_crowd_answers_what_a_pattern_finds(folders):
+    from elocute.study.answers import read_answers
+    from tests.support.commands import run_here
+
+    made = folders / "answers.csv"
+    run_here("study", "simulate", folders / "study.toml", "-o", made, "--people", "5")
+    seen = {each.stimulus for each in read_answers(made)}
+    assert seen == {f"{name}.mean.front" for name in ("one", "two", "three")}
+
+
+OUTSIDE = ("/private.png", "../private.png", "../private.JSON", "..\\private.onnx", "/private")
+FIELDS = ("model", "style", "mood", "life", "mesh", "background", "light", "look")
+
+
+@pytest.mark.parametrize("name", OUTSIDE)
+def test_every_path_of_a_study_stays_in_its_folder(tmp_path, name):
+    """One rule for whatever holds a path: it is refused before anything is made."""
+    for field in FIELDS:
+        condition = {"model": "articulation"}
+        stimuli = {} if field in FIELDS[:5] else {field: name}
+        condition |= {} if stimuli else {field: name}
+        told = "".join(f"{key} = {json.dumps(value)}\n" for key, value in condition.items())
+        more = "".join(f"{key} = {json.dumps(value)}\n" for key, value in stimuli.items())
+        (tmp_path / "study.toml").write_text(
+            HEAD
+            + f"[[conditions]]\nname = 'a'\n{told}[[conditions]]\nname = 'b'\n{told}"
+            + f"[stimuli]\nsounds = ['example:example.flac']\n{more}"
+            + "[qualification]\nitems = 0\n[catch]\nevery = 0\n"
+        )
+        with pytest.raises(StudyError, match=rf"`{field}`: .*inside"):
+            make_stimuli(tmp_path / "study.toml", tmp_path / "study")
+
+
+@pytest.mark.parametrize(
+    "name", ["voca", "happy:0.6", "calm:0.7,broad:.3", "0.5", "#8a8f98", "studio", "auto", "1"]
+)
+def test_a_plain_name_is_no_path(tmp_path, name):
+    assert named_file(tmp_path, name, "`style`") is None
+
+
+def test_a_picture_in_the_folder_is_the_background(tmp_path):
+    """Of the corner of every video; a changed picture makes other videos."""
+    from PIL import Image
+
+    Image.new("RGB", (64, 64), (255, 0, 0)).save(tmp_path / "red.png")
+    (tmp_path / "study.toml").write_text(
+        HEAD
+        + """
+[[conditions]]
+name = "rules"
+model = "articulation"
+[[conditions]]
+name = "half"
+model = "articulation"
+strength = 0.5
+[stimuli]
+sounds = [{file = "example:example.flac", start_s = 0.5, end_s = 0.7}]
+size = [64, 64]
+fps = 10
+background = "red.png"
+[qualification]
+items = 0
+[catch]
+every = 0
+"""
+    )
+    made = make_stimuli(tmp_path / "study.toml", tmp_path / "study")
+    assert made.rendered == 3
+    seen = pictures(next((tmp_path / "study/videos").rglob("*.mp4")))[0, 1, 1]
+    assert seen[0] > 200 and seen[1] < 60 and seen[2] < 60
+    Image.new("RGB", (64, 64), (0, 0, 255)).save(tmp_path / "red.png")
+    assert make_stimuli(tmp_path / "study.toml", tmp_path / "study").rendered == 3

@@ -18,6 +18,7 @@ from elocute.study.design import (
     Catch,
     Condition,
     Design,
+    Panel,
     Qualification,
     Stimuli,
     StimulusSound,
@@ -57,6 +58,8 @@ def postgres(need, tmp_path_factory) -> Iterator[str]:
     assert bin_folder is not None
     user = "postgres" if os.geteuid() == 0 else None  # the server refuses to run as root
     if user:
+        open_to_all = Path(os.devnull).stat().st_mode & 0o002
+        need(open_to_all, f"{os.devnull} that every user may write (chmod 666), for PostgreSQL")
         for each in (folder, *list(folder.parents)[:3]):
             if each != Path("/tmp"):
                 each.chmod(0o755)
@@ -236,6 +239,7 @@ def test_what_an_older_one_wrote_is_brought_up_to_date(tmp_path):
     with contextlib.closing(sqlite3.connect(path)) as old:
         old.execute("ALTER TABLE study_answers DROP COLUMN late_ms")
         old.execute("ALTER TABLE study_answers DROP COLUMN dropped")
+        old.execute("ALTER TABLE study_participants DROP COLUMN panel")
         old.execute("UPDATE study_facts SET value = '1' WHERE name = 'schema'")
         old.commit()
     with contextlib.closing(Store(DESIGN, path)) as store:
@@ -274,3 +278,33 @@ def test_a_file_that_is_no_database_is_told(tmp_path):
     path.write_bytes(b"something else entirely, long enough to be looked at" * 20)
     with pytest.raises(StoreError, match="not a database"):
         Store(DESIGN, path)
+
+
+def test_answers_are_readable_for_their_owner_alone(tmp_path):
+    path = tmp_path / "answers.db"
+    with contextlib.closing(Store(DESIGN, path)) as store:
+        store.join("en")
+        modes = {each.name: each.stat().st_mode & 0o777 for each in tmp_path.glob("answers.db*")}
+    assert len(modes) == 3 and set(modes.values()) == {0o600}, modes
+
+
+def test_the_same_id_of_a_panel_is_the_same_person(tmp_path):
+    with contextlib.closing(Store(DESIGN, tmp_path / "answers.db")) as store:
+        first, person = store.join("en", panel={"id": "5f0c", "session": "1"})
+        second, again = store.join("en", panel={"id": "5f0c", "session": "2"})
+        assert again.id == person.id and again.panel == {"id": "5f0c", "session": "1"}
+        assert store.person(first) is None and store.person(second) == again
+        assert store.join("en", panel={"id": "other"})[1].id != person.id
+        store.withdraw(again)
+        with pytest.raises(RefusedError, match="again"):
+            store.join("en", panel={"id": "5f0c"})
+
+
+def test_codes_of_a_panel_are_those_that_the_study_fixes(tmp_path):
+    panel = Panel(return_to="https://p.example/?cc={code}", done_code="C1", stopped_code="S1")
+    with contextlib.closing(Store(replace(DESIGN, panel=panel), tmp_path / "answers.db")) as store:
+        assert [store.code_of(state, "own") for state in ("active", "done", "stopped")] == [
+            "",
+            "C1",
+            "S1",
+        ]

@@ -94,7 +94,11 @@ def refused(*arguments: object, says: str | tuple[str, ...] = ()) -> None:
 
 
 def succeeds(*arguments: object) -> Result:
-    """succeeds("info", FILE) leaves with code 0 and says nothing on stderr."""
+    """succeeds("info", FILE) leaves with code 0 and says nothing on stderr.
+
+    But that nobody speaks, where a test takes noise for a sound.
+    """
     result = run_here(*arguments)
-    assert (result.returncode, result.stderr) == (0, ""), result.stderr
+    told = [line for line in result.stderr.splitlines() if "no speech heard" not in line]
+    assert (result.returncode, told) == (0, []), result.stderr
     return result

@@ -15,6 +15,7 @@ import soundfile
 
 from tests.support.documented_pages import ROOT
 from tests.support.gltf_files import arkit, glb
+from tests.support.once_a_run import alone
 from tests.support.stranger import write_stranger
 
 SPEECH_S = 0.7
@@ -30,6 +31,13 @@ KNOWN = {
     "speech.json": '[{"AudioOffset": 500000, "VisemeId": 21}, {"AudioOffset": 2e6, "VisemeId": 2}]',
 }
 """What is known of speech.wav and of lines to be spoken."""
+CURVES = {
+    "recorded.csv": "Timecode,JawOpen,HeadYaw,HeadPitch,HeadRoll\n"
+    "00:00:00:00.000,0,0,0,0\n00:00:00:01.000,0.2,0,0.1,0\n",
+    "a2f.json": '{"exportFps": 30, "facsNames": ["jawOpen"], "weightMat": [[0.1], [0.2]]}',
+    "azure.json": json.dumps([{"FrameIndex": 0, "BlendShapes": [[0.1] * 55] * 2}]),
+}
+"""A face moved by other programs."""
 
 
 def speech(seconds: float = SPEECH_S) -> tuple[np.ndarray, int]:
@@ -41,11 +49,12 @@ def speech(seconds: float = SPEECH_S) -> tuple[np.ndarray, int]:
 def file_maker(
     folder: Path, request: pytest.FixtureRequest, run: Callable[..., str]
 ) -> Callable[[str], Path]:
-    """What makes a file of a name in a folder, once, with what it needs.
+    """What makes a file of a name in a folder, once, with what it needs, for all workers.
 
     request: of a test that may ask for corpora and models. run: types a command.
     """
-    made: dict[str, Path] = {}
+    marks = folder.with_name(f"{folder.name}.made")
+    marks.mkdir(exist_ok=True)
 
     def make(name: str, place: Path) -> None:
         if name.endswith(".wav"):
@@ -172,6 +181,8 @@ def file_maker(
         elif name == "parameters.npz":
             solve = "solve", one("flame_talk.npz"), "--flame", one("generic_model.pkl")
             run(*solve, "-o", place)
+        elif name in CURVES:
+            place.write_text(CURVES[name])
         elif name == "tracked":
             _make_tracked(place)
         elif name == "flame_corpus":
@@ -180,14 +191,18 @@ def file_maker(
             pytest.fail(f"a page names {name}, which nothing here makes")
 
     def one(name: str) -> Path:
-        if name not in made:
-            place = folder / name
+        place, mark = folder / name, marks / name.replace("/", "-")
+        if not mark.exists():
             place.parent.mkdir(exist_ok=True, parents=True)
             make(name, place)
-            made[name] = place
-        return made[name]
+            mark.touch()
+        return place
 
-    return one
+    def give(name: str) -> Path:
+        with alone(folder.with_name(f"{folder.name}.lock")):
+            return one(name)
+
+    return give
 
 
 def _make_tracked(place: Path) -> None:

@@ -45,9 +45,16 @@ PYTHON = {
 }
 LOOKS = ("python -c ", "ls ")
 LINES = [line for block in SHELL for line in block.lines]
-RUN = dict.fromkeys(
-    line for b in SHELL if not b.not_run for line in b.lines if line.startswith("elocute ")
-)
+RUN = {
+    line: b.page
+    for b in reversed(SHELL)
+    if not b.not_run
+    for line in reversed(b.lines)
+    if line.startswith("elocute ")
+}
+"""Commands, and the first page that says to type each."""
+FIRST_PAGES = ("README.md", "docs/get-started.md", "docs/use/animate.md")
+"""What everybody reads is run in `make test`; the other pages are marked slow."""
 UNDERSTOOD = dict.fromkeys(
     line for b in SHELL if b.not_run for line in b.lines if line.startswith("elocute ")
 )

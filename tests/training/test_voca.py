@@ -222,6 +222,7 @@ def test_shares_of_a_batch_have_its_mean(pairs: int, processes: int) -> None:
     assert mean == pytest.approx(float(losses.mean()))
 
 
+@pytest.mark.slow
 def test_two_processes_train_as_one_does(
     corpus: Corpus, data: VocaTrainingData, tmp_path: Path
 ) -> None:

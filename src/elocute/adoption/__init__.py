@@ -1,6 +1,7 @@
 """Heads that were not made here, given the built-in head's shapes.
 
 registry             any head by name or file, ready to speak
+motion_files         what moves a face, from any file: stored motions, curves, FLAME's parameters
 characters           heads in glTF files and VRMs that bring shapes of their own
 flame                FLAME: landmarks, eyes and jaw joint are known
 own_mesh             a file's mesh with materials, on its own vertices
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from elocute.adoption.carrying import Adoption, adopt
     from elocute.adoption.characters.open_character import open_character
     from elocute.adoption.flame import adopt_flame, with_flame_landmarks
+    from elocute.adoption.motion_files import OpenedMotion, open_motion
     from elocute.adoption.own_mesh import MeshAdoption, adopt_mesh, open_mesh_head
     from elocute.adoption.registry import open_speaking_head
     from elocute.adoption.shapes_in_file import with_arkit_shapes
@@ -31,11 +33,13 @@ if TYPE_CHECKING:
 __all__ = [
     "Adoption",
     "MeshAdoption",
+    "OpenedMotion",
     "adopt",
     "adopt_flame",
     "adopt_mesh",
     "open_character",
     "open_mesh_head",
+    "open_motion",
     "open_speaking_head",
     "with_arkit_shapes",
     "with_flame_landmarks",
@@ -46,6 +50,7 @@ __getattr__, __dir__ = lazy(
         "carrying": ("Adoption", "adopt"),
         "characters.open_character": ("open_character",),
         "flame": ("adopt_flame", "with_flame_landmarks"),
+        "motion_files": ("OpenedMotion", "open_motion"),
         "own_mesh": ("MeshAdoption", "adopt_mesh", "open_mesh_head"),
         "registry": ("open_speaking_head",),
         "shapes_in_file": ("with_arkit_shapes",),

@@ -8,19 +8,23 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any, BinaryIO, Protocol, cast
 
 import numpy as np
 
 from elocute.array_types import Float32Array
+from elocute.audio.wav_header import tag_bytes
 from elocute.audio.waveform import check_rate
 from elocute.errors import AudioError
 from elocute.files.media import open_media
+from elocute.numerics.input_checks import whole_number
+from elocute.one_line_repr import brief
 
 FORMATS = "wav, flac, mp3, ogg, opus, m4a, mp4, mkv, webm"
 AGAIN = "copy or export it again"
 CHANNELS_MAX = 1024
 BLOCK_VALUES_MAX = 20_000_000  # samples times channels held at once: 80 MB
+PIECE = 1024  # samples at a time of a file that was cut off
 # Lossy streams count whole packets; one that ends earlier than this was cut off.
 SHORTFALL_S = 0.1
 # Only these go to libsndfile. It would search anything named .mp3 for MPEG frames, and its MP3
@@ -36,13 +40,17 @@ SILENCE_VALUES_MAX = 200_000_000
 
 @dataclass(frozen=True)
 class AudioInfo:
-    """What the header of a sound file declares; duration_s is None where it does not."""
+    """What the header of a sound file declares; duration_s is None where it does not.
+
+    tracks: what each audio track is, where there are several.
+    """
 
     format: str
     codec: str
     sample_rate: int
     channels: int
     duration_s: float | None
+    tracks: tuple[str, ...] = ()
 
 
 class Decoder(Protocol):
@@ -75,7 +83,10 @@ def check_format(path: Path, sample_rate: int, channels: int) -> None:
 
 def cut_off(path: Path, found: str) -> AudioError:
     return AudioError.about(
-        path, found=f"{found}: it was cut off", allowed="a whole file", remedy=AGAIN
+        path,
+        found=f"{found}: it was cut off",
+        allowed="a whole file",
+        remedy=f"{AGAIN}, or take what is there with `partial`",
     )
 
 
@@ -84,18 +95,21 @@ def damaged(path: Path, reason: object) -> AudioError:
         path,
         found=f"damaged sound ({str(reason).rstrip('.')})",
         allowed="a whole file",
-        remedy=AGAIN,
+        remedy=f"{AGAIN}, or take what is there with `partial`",
     )
 
 
 class SoundFileDecoder:
-    """A decoder of libsndfile; LibsndfileError where it does not support the format."""
+    """A decoder of libsndfile; LibsndfileError where it does not support the format.
 
-    def __init__(self, path: Path) -> None:
+    part: what to read in the file's place, where its header does not say what is there.
+    """
+
+    def __init__(self, path: Path, part: BinaryIO | None = None, partial: bool = False) -> None:
         import soundfile
 
-        self._file = soundfile.SoundFile(system_name(path))
-        self._path = path
+        self._file = soundfile.SoundFile(system_name(path) if part is None else part)
+        self._path, self._partial = path, partial
         rate, frames = self._file.samplerate, self._file.frames
         known = 0 <= frames < 2**62 and rate > 0
         self.promised = frames if known else None
@@ -112,10 +126,14 @@ class SoundFileDecoder:
         import soundfile
 
         size = max(1, min(size, BLOCK_VALUES_MAX // self.info.channels))
+        if self._partial:
+            size = min(size, PIECE)  # a block that fails is lost whole
         while True:
             try:
                 block = self._file.read(size, dtype="float32", always_2d=True)
             except soundfile.LibsndfileError as error:
+                if self._partial:
+                    return
                 raise damaged(self._path, error.error_string) from error
             if not len(block):
                 return
@@ -126,14 +144,14 @@ class SoundFileDecoder:
 
 
 class ContainerDecoder:
-    """The first audio track of a container. Raises AudioError.
+    """An audio track of a container, the first unless another is named. Raises AudioError.
 
     FFmpeg removes encoder delays that the container states. Time zero is the start of the
     container: where sound begins after the picture, silence goes before it.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, track: int | None = None, partial: bool = False) -> None:
+        self._path, self._track, self._partial = path, track or 0, partial
         try:
             self._file = open_media(path, pixels_max=PIXELS_MAX)
         except ImportError:
@@ -157,7 +175,8 @@ class ContainerDecoder:
                 allowed="a file with sound",
                 remedy="add the sound or give its .wav",
             )
-        self._stream: Any = streams[0]
+        check_track(path, self._track, len(streams))
+        self._stream: Any = streams[self._track]
         context = self._stream.codec_context
         if context is None:
             raise AudioError.about(
@@ -174,6 +193,7 @@ class ContainerDecoder:
             sample_rate=rate,
             channels=context.channels or 0,
             duration_s=seconds,
+            tracks=tuple(map(_told, streams)) if len(streams) > 1 else (),
         )
         promised_s = self._promised_s(seconds)
         self.promised = round(promised_s * rate) if promised_s else None
@@ -231,6 +251,8 @@ class ContainerDecoder:
         except AudioError:
             raise
         except Exception as error:  # PyAV has no common base for what a damaged file makes it raise
+            if self._partial and early is not None:
+                return
             raise damaged(self._path, "its packets cannot be decoded") from error
 
     def _early(self, frame: Any) -> int:
@@ -261,15 +283,32 @@ class ContainerDecoder:
             self._file.close()
 
 
+def check_track(path: Path, track: int | None, count: int) -> None:
+    """Raise AudioError for a track that a file does not have."""
+    if track is not None and whole_number(track) not in range(count):
+        raise AudioError.about(
+            path,
+            found=f"no track {brief(track)}",
+            allowed=f"0 to {count - 1}" if count > 1 else "0, the only one",
+            remedy="`elocute info` lists them",
+        )
+
+
+def _told(stream: Any) -> str:
+    """What an audio track is, in words."""
+    context, metadata = stream.codec_context, stream.metadata
+    if context is None:
+        return "a codec that FFmpeg does not support"
+    channels = f"{context.channels} channel{'s' if context.channels != 1 else ''}"
+    told = f"{context.name}, {context.sample_rate} Hz, {channels}"
+    more = [metadata[key][:60] for key in ("language", "title") if metadata.get(key)]
+    return f"{told} ({', '.join(more)})" if more else told
+
+
 def _has_frame_count(path: Path) -> bool:
     """Whether the first frame of an MP3 file counts the others (a Xing or Info header)."""
     with path.open("rb") as file:
-        head = file.read(10)
-        if head[:3] == b"ID3" and len(head) == 10:
-            size = 0
-            for byte in head[6:]:
-                size = size << 7 | byte & 0x7F
-            file.seek(10 + size)
+        file.seek(tag_bytes(file))
         first = file.read(2048)
     return b"Xing" in first or b"Info" in first
 
@@ -278,7 +317,12 @@ def _unreadable(path: Path) -> AudioError:
     with path.open("rb") as file:
         head = file.read(12)
     if head[4:8] == b"ftyp":
-        return damaged(path, "an MP4 file whose index is missing: was it cut off?")
+        return AudioError.about(
+            path,
+            found="an MP4 file whose index is missing: was it cut off?",
+            allowed="a whole file",
+            remedy=AGAIN,
+        )
     return AudioError.about(
         path, found="no sound that can be read", allowed=FORMATS, remedy="convert it to .wav"
     )

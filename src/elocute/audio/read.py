@@ -9,9 +9,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO, cast
 
 import numpy as np
 
+from elocute.array_types import Float64Array
 from elocute.audio.decoders import (
     AGAIN,
     FORMATS,
@@ -22,10 +24,17 @@ from elocute.audio.decoders import (
     Float32Array,
     SoundFileDecoder,
     check_format,
+    check_track,
     cut_off,
     damaged,
 )
-from elocute.audio.wav_header import UNKNOWN_SIZES, WavHeader, read_wav_header
+from elocute.audio.wav_header import (
+    LONG_UNKNOWN_FROM,
+    UNKNOWN_FROM,
+    WavHeader,
+    WavPart,
+    read_wav_header,
+)
 from elocute.audio.waveform import Waveform, check_rate, check_samples
 from elocute.errors import AudioError
 from elocute.files.reading import open_regular, path_of, stored_bytes
@@ -60,7 +69,17 @@ class AudioStream:
     path : str or Path
         A sound or video file.
     channel : int, optional
-        The channel to take, from 0; all of them are averaged otherwise.
+        The channel to take, from 0; all of them are averaged otherwise, but for channels that
+        cancel each other, of which the loudest is taken.
+    track : int, optional
+        The audio track to take, from 0; the first otherwise.
+    partial : bool
+        Whether a file that was cut off is read as far as it goes.
+
+    Attributes
+    ----------
+    notes : list of str
+        What to know about the sound; grows while it is read.
 
     Raises
     ------
@@ -68,10 +87,18 @@ class AudioStream:
         For a file that is missing, damaged, cut off, too long or no sound.
     """
 
-    def __init__(self, path: str | Path, channel: int | None = None) -> None:
+    def __init__(
+        self,
+        path: str | Path,
+        channel: int | None = None,
+        *,
+        track: int | None = None,
+        partial: bool = False,
+    ) -> None:
         self.path = path_of(path, AudioError)
-        self._channel = channel
-        self._decoder = open_decoder(self.path)
+        self._channel, self._track, self._partial = channel, track, partial
+        self.notes: list[str] = []
+        self._decoder = open_decoder(self.path, track, partial)
         self.info = self._decoder.info
         try:
             self._check_header()
@@ -134,11 +161,13 @@ class AudioStream:
         AudioError
             For samples that are not finite or beyond ±100, an early end, or more than 24 hours.
         """
-        done = 0
+        done, channel = 0, self._channel
+        if channel is None and self.channels > 1:
+            channel = self._loudest_of_cancelling()
         for block in self._decoder.blocks(max(1, round(block_s * self.sample_rate))):
-            if (self._channel or 0) >= block.shape[1]:
+            if (channel or 0) >= block.shape[1]:
                 raise damaged(self.path, f"{block.shape[1]} channels of {self.channels}")
-            chosen = block if self._channel is None else block[:, self._channel, None]
+            chosen = block if channel is None else block[:, channel, None]
             check_samples(self.path, chosen, self.sample_rate, done)
             done += len(chosen)
             if done > DURATION_MAX_S * self.sample_rate:
@@ -147,13 +176,75 @@ class AudioStream:
             yield np.ascontiguousarray(mono, np.float32)
         promised = self._decoder.promised
         if promised is not None and done < promised - self._decoder.slack:
-            raise cut_off(self.path, f"{done} of the {promised} samples promised")
+            if not self._partial:
+                raise cut_off(self.path, f"{done} of the {promised} samples promised")
+            self._tell_cut_off(done, promised)
         _check_length(self.path, done)
 
+    def _tell_cut_off(self, done: int, promised: int) -> None:
+        there, whole = done / self.sample_rate, promised / self.sample_rate
+        self.notes.append(f"cut off: {there:.2f} of {whole:.2f} s are there")
 
-def open_audio(path: str | Path, channel: int | None = None) -> AudioStream:
+    def _loudest_of_cancelling(self) -> int | None:
+        """The channel to take in place of a mix in which they cancel; None where they do not."""
+        size = max(1, round(BLOCK_S * self.sample_rate))
+        scan = open_decoder(self.path, self._track, self._partial)
+        energies, mixed, heard = np.zeros(self.channels), 0.0, 0
+        try:
+            for block in scan.blocks(size):
+                if block.shape[1] != self.channels or not np.isfinite(block).all():
+                    return None  # told where it is read
+                powers = (block.astype(np.float64) ** 2).sum(axis=0)
+                energies += powers
+                mixed += float((block.mean(axis=1, dtype=np.float64) ** 2).sum())
+                heard += len(block) if powers.any() else 0
+                if heard > CANCEL_S * self.sample_rate:
+                    break
+        except AudioError:
+            return None
+        finally:
+            scan.close()
+        channel = loudest_of_cancelling(energies, mixed)
+        if channel is not None:
+            self.notes.append(CANCELLING.format(channel))
+        return channel
+
+
+CANCEL_S = 60.0
+"""So much sound, silence aside, says whether channels cancel."""
+CANCELLED = 0.05
+"""Of the energy that the mix of unrelated channels has."""
+CANCELLING = "its channels cancel each other; the loudest, {}, is taken: `channel` chooses another"
+
+
+def loudest_of_cancelling(energies: Float64Array, mixed: float) -> int | None:
+    """The loudest of channels that cancel each other where they are mixed.
+
+    Parameters
+    ----------
+    energies : (channel,)
+        Of each.
+    mixed : float
+        Of their mean.
+
+    Returns
+    -------
+    int or None
+        None where they do not.
+    """
+    unrelated = float(energies.sum()) / len(energies) ** 2
+    return int(energies.argmax()) if unrelated > 0 and mixed < CANCELLED * unrelated else None
+
+
+def open_audio(
+    path: str | Path,
+    channel: int | None = None,
+    *,
+    track: int | None = None,
+    partial: bool = False,
+) -> AudioStream:
     """Open a sound file for reading in blocks; parameters and errors as `AudioStream`."""
-    return AudioStream(path, channel)
+    return AudioStream(path, channel, track=track, partial=partial)
 
 
 def probe_audio(path: str | Path) -> AudioInfo:
@@ -167,7 +258,7 @@ def probe_audio(path: str | Path) -> AudioInfo:
     Returns
     -------
     AudioInfo
-        Format, codec, sample rate, channels and duration.
+        Format, codec, sample rate, channels and duration; what tracks there are.
 
     Raises
     ------
@@ -179,7 +270,11 @@ def probe_audio(path: str | Path) -> AudioInfo:
 
 
 def resampled_blocks(
-    path: str | Path, rate: int, channel: int | None = None, block_s: float = BLOCK_S
+    path: str | Path,
+    rate: int,
+    channel: int | None = None,
+    block_s: float = BLOCK_S,
+    notes: list[str] | None = None,
 ) -> Iterator[Float32Array]:
     """A sound file as mono blocks at another rate.
 
@@ -193,6 +288,8 @@ def resampled_blocks(
         The channel to take, from 0; all of them are averaged otherwise.
     block_s : float
         About how long a block is, s. The samples are the same bit for bit however long it is.
+    notes : list of str, optional
+        Takes what is to be known about the sound.
 
     Yields
     ------
@@ -208,6 +305,8 @@ def resampled_blocks(
 
     rate = check_rate("sample_rate", rate)
     with open_audio(path, channel) as stream:
+        if notes is not None:
+            stream.notes = notes
         if stream.sample_rate == rate:
             yield from stream.blocks(block_s)
             return
@@ -289,28 +388,34 @@ def _too_long(path: Path, seconds: float) -> AudioError:
     )
 
 
-def open_decoder(path: Path) -> Decoder:
+def open_decoder(path: Path, track: int | None = None, partial: bool = False) -> Decoder:
     """Check the header of a file and open it; nothing is decoded. Raises AudioError."""
     _check_file(path)
-    header = read_wav_header(path)
+    header, part = read_wav_header(path), None
     if header:
-        _check_wav(path, header)
-        if header.promised_bytes is None or not header.orderly:
+        cut = _check_wav(path, header, partial)
+        if header.promised_bytes is None or cut or not (header.orderly and header.plain):
             # libsndfile would believe a size of 0, and loops forever in lists whose parts point
             # backwards.
-            return ContainerDecoder(path)
+            part = WavPart(path, header)
     with path.open("rb") as file:
         head = file.read(24)
-    _check_outer_size(path, head)
+    if not partial:
+        _check_outer_size(path, head)
     _check_start(path)
-    if not head.startswith(HEADS):
-        return ContainerDecoder(path)
+    if part is None and not head.startswith(HEADS):
+        return ContainerDecoder(path, track, partial)
     import soundfile
 
     try:
-        return SoundFileDecoder(path)
+        opened = SoundFileDecoder(path, cast(BinaryIO | None, part), partial)
     except soundfile.LibsndfileError:
-        return ContainerDecoder(path)
+        return ContainerDecoder(path, track, partial)
+    if header and part is not None and header.promised_bytes is not None:
+        opened.promised = header.promised_bytes // part.frame_bytes
+    if track is not None:
+        check_track(path, track, 1)
+    return opened
 
 
 def _check_start(path: Path) -> None:
@@ -334,13 +439,14 @@ def _check_file(path: Path) -> None:
     raise AudioError.about(path, found="an empty file", allowed=allowed, remedy=AGAIN)
 
 
-def _check_wav(path: Path, header: WavHeader) -> None:
-    """Refuse what libsndfile would guess, or allocate memory for."""
+def _check_wav(path: Path, header: WavHeader, partial: bool) -> bool:
+    """Refuse what libsndfile would guess, or allocate memory for; whether sound is missing."""
     check_format(path, header.sample_rate, header.channels)
-    if header.promised_bytes is not None and header.promised_bytes > header.present_bytes:
-        raise cut_off(
-            path, f"{header.present_bytes} of the {header.promised_bytes} bytes of sound promised"
-        )
+    promised, present = header.promised_bytes, header.present_bytes
+    cut = promised is not None and promised > present
+    if cut and not partial:
+        raise cut_off(path, f"{present} of the {promised} bytes of sound promised")
+    return cut
 
 
 def _check_outer_size(path: Path, head: bytes) -> None:
@@ -348,10 +454,12 @@ def _check_outer_size(path: Path, head: bytes) -> None:
     present = path.stat().st_size
     if head.startswith(b"FORM") and head[8:11] == b"AIF":
         promised = int.from_bytes(head[4:8], "big") + 8
-        if promised - 8 in UNKNOWN_SIZES:
+        if promised - 8 >= UNKNOWN_FROM:
             return
     elif head.startswith(b"riff") and len(head) == 24:
         promised = int.from_bytes(head[16:24], "little")
+        if promised >= LONG_UNKNOWN_FROM:
+            return
     elif head.startswith(b"OggS"):
         promised = present + _missing_of_last_page(path)
     else:

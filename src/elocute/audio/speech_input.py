@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elocute.audio.decoders import CHANNELS_MAX, FORMATS
-from elocute.audio.read import open_audio
+from elocute.audio.read import CANCELLING, loudest_of_cancelling, open_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError
 from elocute.files.reading import bytes_text, path_of
@@ -38,7 +39,13 @@ READS_FREE, READ_BYTES = 100_000, 256
 
 
 def resolve_speech(
-    speech: SpeechInput, rate: int | None = None, channel: int | None = None
+    speech: SpeechInput,
+    rate: int | None = None,
+    channel: int | None = None,
+    *,
+    track: int | None = None,
+    partial: bool = False,
+    notes: list[str] | None = None,
 ) -> Path | Waveform:
     """The sound that a caller means, for functions that take a path or a Waveform.
 
@@ -52,19 +59,29 @@ def resolve_speech(
         Sample rate of an array, Hz; not allowed for anything else.
     channel : int, optional
         The channel to take of bytes, a file or an array, instead of their mean.
+    track : int, optional
+        The audio track to take of a file or of bytes, from 0.
+    partial : bool
+        Whether a file that was cut off is read as far as it goes.
+    notes : list of str, optional
+        Takes what is to be known about the sound.
 
     Returns
     -------
     Path or Waveform
+        A Waveform of a path, too, where a track is chosen or a part taken.
 
     Raises
     ------
     AudioError
         For anything that is not sound, or more of it than is held in memory.
     """
+    notes = [] if notes is None else notes
     has_rate = isinstance(speech, str | os.PathLike | Waveform | bytes | bytearray | memoryview)
     if not has_rate and not hasattr(speech, "read"):
-        return _waveform(speech, rate, channel)
+        if track is not None or partial:
+            raise AudioError.about("array", found="`track` or `partial`", allowed="for files")
+        return _waveform(speech, rate, channel, notes)
     if rate is not None:
         raise AudioError.about(
             "rate",
@@ -73,12 +90,25 @@ def resolve_speech(
         )
     if isinstance(speech, Waveform):
         return speech
+    choice = SoundChoice(channel, track, partial)
     if isinstance(speech, str | os.PathLike):
-        return path_of(speech, AudioError)
-    return _decoded(speech, channel)
+        path = path_of(speech, AudioError)
+        if track is None and not partial:
+            return path
+        return _read_whole(path, str(path), choice, notes)
+    return _decoded(speech, choice, notes)
 
 
-def _waveform(samples: Any, rate: int | None, channel: int | None) -> Waveform:
+@dataclass(frozen=True)
+class SoundChoice:
+    """What of a file is taken; see `resolve_speech`."""
+
+    channel: int | None
+    track: int | None
+    partial: bool
+
+
+def _waveform(samples: Any, rate: int | None, channel: int | None, notes: list[str]) -> Waveform:
     given: NDArray[Any] = array_of(samples, "array", error=AudioError, allowed="samples")
     if given.dtype.kind not in "fiu" or given.dtype in (np.int64, np.uint32, np.uint64, np.uint16):
         found = f"samples of type {given.dtype}" if given.ndim else type(samples).__name__
@@ -114,6 +144,12 @@ def _waveform(samples: Any, rate: int | None, channel: int | None) -> Waveform:
         raise AudioError.about(
             "array", found=f"no channel {brief(channel)}", allowed=f"0 to {columns.shape[1] - 1}"
         )
+    if channel is None and columns.shape[1] > 1:
+        floats = _floats(columns).astype(np.float64)
+        with np.errstate(all="ignore"):  # what is not finite is refused below
+            energies, mixed = (floats**2).sum(axis=0), float((floats.mean(axis=1) ** 2).sum())
+        channel = loudest_of_cancelling(energies, mixed)
+        notes += [] if channel is None else [CANCELLING.format(channel)]
     chosen = _floats(columns if channel is None else columns[:, channel, None])
     return Waveform(chosen[:, 0] if chosen.shape[1] == 1 else chosen.mean(axis=1), rate)
 
@@ -131,14 +167,14 @@ def _floats(samples: NDArray) -> NDArray:
     return (samples.astype(np.float32) - middle) / scale
 
 
-def _decoded(given: Any, channel: int | None) -> Waveform:
+def _decoded(given: Any, choice: SoundChoice, notes: list[str]) -> Waveform:
     """Through a temporary file, so that bytes are read and checked as files are."""
     subject = "sound" if not hasattr(given, "read") else str(getattr(given, "name", "file object"))
     with tempfile.TemporaryDirectory(prefix="elocute-") as folder:
         path = Path(folder) / "sound"
         _spool(given, path, subject)
         try:
-            return _read_whole(path, subject, channel)
+            return _read_whole(path, subject, choice, notes)
         except AudioError as error:
             raise AudioError(str(error).replace(str(path), subject)) from None
 
@@ -194,8 +230,8 @@ def _check_bytes(subject: str, count: int) -> None:
         )
 
 
-def _read_whole(path: Path, subject: str, channel: int | None) -> Waveform:
-    with open_audio(path, channel) as stream:
+def _read_whole(path: Path, subject: str, choice: SoundChoice, notes: list[str]) -> Waveform:
+    with open_audio(path, choice.channel, track=choice.track, partial=choice.partial) as stream:
         pieces, count = [], 0
         for piece in stream.blocks():
             count += len(piece)
@@ -207,4 +243,5 @@ def _read_whole(path: Path, subject: str, channel: int | None) -> Waveform:
                     remedy="give its path, or cut it",
                 )
             pieces.append(piece)
+        notes += stream.notes
         return Waveform(np.concatenate(pieces), stream.sample_rate)

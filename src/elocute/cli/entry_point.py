@@ -99,9 +99,19 @@ def _leave(interrupts: _Interrupts) -> int:
             return _say(f"{where}: cannot be written ({error.strerror})", 2)
         if error is not None and lacks_memory(error):
             return _say("not enough memory for this; try less at once, or a larger machine", 1)
+        if isinstance(error, RecursionError):
+            return _say("found lists within lists too deeply; allowed: 100 of them", 2)
+        if _is_unsolvable(error):
+            return _say(f"found numbers that no solution fits ({error})", 2)
         if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
             return _say(f"{str(error.filename)[:200]}…: not a valid name ({error.strerror})", 2)
         raise
+
+
+def _is_unsolvable(error: BaseException | None) -> bool:
+    """Whether linear algebra gave up; NumPy is not loaded for that."""
+    numpy = sys.modules.get("numpy")
+    return numpy is not None and isinstance(error, numpy.linalg.LinAlgError)
 
 
 def _check_completion() -> None:

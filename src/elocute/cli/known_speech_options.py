@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.audio.voice_settings import VoiceSettings
+from elocute.cli.flags import in_flags
 from elocute.cli.settings_options import option
 from elocute.errors import InputError
 
@@ -86,9 +87,9 @@ class KnownSpeechOptions:
             )
         return {"phones": phones, "text": self._given_text, "language": self.language}
 
-    def find_phones(self, sound: Path, channel: int | None) -> TimedSpeech:
+    def find_phones(self, sound: Path, **taken: Any) -> TimedSpeech:
         """When each phone of a recording is said; notes go to standard error. Raises
-        ElocuteError."""
+        ElocuteError. taken: channel, track and whether a part is taken."""
         from elocute.timed_speech import find_phones
 
         known = self.read(sound)
@@ -97,10 +98,10 @@ class KnownSpeechOptions:
             text=known["text"],
             times=known["phones"],
             language=self.language,
-            channel=channel,
+            **taken,
         )
         for note in found.notes:
-            print(f"elocute: {sound}: {note}", file=sys.stderr)
+            print(f"elocute: {sound}: {in_flags(note)}", file=sys.stderr)
         return found
 
     @property

@@ -6,6 +6,7 @@ import typer
 
 from elocute.articulation.settings import AnimationSettings
 from elocute.cli.settings_options import option
+from elocute.numerics.frame_rates import frame_rate
 from elocute.settings import SEED_MAX
 
 Fps = option(AnimationSettings, "fps")
@@ -24,6 +25,15 @@ Channel = typer.Option(
     "--channel",
     help="Use this channel, counted from 0, instead of the mix of all channels.",
 )
+Resampled = typer.Option(
+    None, "--fps", help="Resample to this frame rate.", parser=frame_rate, metavar="RATE"
+)
+Track = typer.Option(
+    None,
+    "--track",
+    help="Use this audio track of a file with several, counted from 0; `elocute info` lists them.",
+)
+Partial = typer.Option(False, "--partial", help="Take a sound that was cut off as far as it goes.")
 Overwrite = typer.Option(False, "--overwrite", help="Replace files that exist already.")
 NoClobber = typer.Option(False, "--no-clobber", help="Keep files that exist already, and say so.")
 Identity = typer.Option(

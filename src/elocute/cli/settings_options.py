@@ -15,6 +15,7 @@ from typing import Any, Protocol, get_type_hints
 
 import typer
 
+from elocute.numerics.frame_rates import frame_rate
 from elocute.settings import settings_of, types_of
 
 
@@ -130,7 +131,10 @@ def option(cls: type, name: str, *flags: str, default: Any = ...) -> Any:
     typer.models.OptionInfo
     """
     field, known = next(pair for pair in settings_of(cls) if pair[0].name == name)
-    return typer.Option(field.default if default is ... else default, *flags, help=known.text)
+    more = {"parser": frame_rate, "metavar": "RATE"} if name == "fps" else {}
+    return typer.Option(
+        field.default if default is ... else default, *flags, help=known.text, **more
+    )
 
 
 def expanded(function: Callable[..., Any]) -> Callable[..., Any]:

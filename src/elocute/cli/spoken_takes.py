@@ -5,8 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,16 +15,13 @@ from elocute.cli.format_options import FormatSettings
 from elocute.cli.outputs import write_motion
 from elocute.cli.pipes import PIPE
 from elocute.cli.takes import named_inputs
-from elocute.errors import InputError, OutputError
+from elocute.errors import InputError
 from elocute.files.output_plan import OutputPlan
 from elocute.files.reading import read_bytes
 
 if TYPE_CHECKING:
     from elocute.animation import Animation
     from elocute.audio.line_table import Line
-
-
-MARKS = ".takes-in-work"
 
 
 def spoken_source(text: str, voice: VoiceSettings, settings: Mapping[str, Any]) -> str:
@@ -117,8 +113,6 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
         *named_inputs(settings),
         *([sound] if sound else []),
     ]
-    mark = run.folder / MARKS / hashlib.sha256(line.name.encode()).hexdigest()[:32]
-    _remember_cut_off(mark, run, line, sound, source)
     plan, made = OutputPlan(inputs), []
     for target in run.targets(line):
         if _is_made(target, source):
@@ -126,72 +120,29 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
         else:
             plan.make_folder(target.parent)
             plan_take(plan, target, source, sound=sound, format_settings=run.format_settings)
-    plan.check(overwrite=run.overwrite or mark.exists(), no_clobber=run.no_clobber)
+    plan.check(overwrite=run.overwrite, no_clobber=run.no_clobber)
     wanted = plan.wanted([target for target in run.targets(line) if target not in made])
     record: dict[str, Any] = {"id": line.name, "outputs": [str(target) for target in wanted]}
     kept = [str(target) for target in run.targets(line) if target not in wanted]
     if kept:
         record["kept"] = kept
     if not wanted:
-        mark.unlink(missing_ok=True)
         return record
     animation = _animated(line, sound, settings)
-    with _in_work(mark, source):
-        for target in wanted:
-            write_motion(
-                plan,
-                animation.motion,
-                target,
-                sound=animation.sound,
-                words=animation.words,
-                progress=None,
-                format_settings=run.format_settings,
-            )
+    for target in wanted:
+        write_motion(
+            plan,
+            animation.motion,
+            target,
+            sound=animation.sound,
+            words=animation.words,
+            progress=None,
+            format_settings=run.format_settings,
+        )
     record["duration_s"] = round(animation.motion.duration_s, 4)
     if animation.notes:
         record["notes"] = list(animation.notes)
     return record
-
-
-@contextmanager
-def _in_work(mark: Path, source: str) -> Iterator[None]:
-    """A mark while the files of a take are written, which says what from.
-
-    A run that is killed between writing a file and remembering it would otherwise take the file
-    for somebody else's.
-    """
-    try:
-        mark.parent.mkdir(parents=True, exist_ok=True)
-        mark.write_text(source, encoding="utf-8")
-    except OSError as error:
-        raise OutputError.about(mark, found=f"cannot be made ({error.strerror})") from error
-    try:
-        yield
-    finally:
-        mark.unlink(missing_ok=True)
-
-
-def _remember_cut_off(
-    mark: Path, run: TableRun, line: Line, sound: Path | None, source: str
-) -> None:
-    """Remember files that a killed run had written whole, and had no time to remember."""
-    from elocute.export.registry import side_files
-    from elocute.files.output_history import remember_output
-
-    try:
-        begun_ns, told = mark.stat().st_mtime_ns, mark.read_bytes()
-    except OSError:
-        return
-    if told != source.encode():
-        return
-    for target in run.targets(line):
-        sides = side_files(
-            target, sound or PIPE, embed_audio=run.format_settings.get("embed_audio", False)
-        )
-        files = [target, *sides]
-        if all(file.is_file() and file.stat().st_mtime_ns >= begun_ns for file in files):
-            for file in files:
-                remember_output(file, [source])
 
 
 def _animated(line: Line, sound: Path | None, settings: dict[str, Any]) -> Animation:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import sys
 from collections.abc import Sequence
@@ -15,7 +14,7 @@ from elocute.cli.flags import in_flags
 from elocute.cli.format_options import check_format_settings
 from elocute.cli.pipes import PIPE
 from elocute.cli.progress import counted, progress_bar, resumable
-from elocute.cli.spoken_takes import MARKS, TableRun, make_take
+from elocute.cli.spoken_takes import TableRun, make_take
 from elocute.cli.takes import check_character_formats
 from elocute.errors import OutputError, printable
 
@@ -118,8 +117,6 @@ def run_lines(
             else:
                 for path in result["outputs"]:
                     print(printable(path), file=out)
-    with contextlib.suppress(OSError):
-        (run.folder / MARKS).rmdir()
     if kept:
         print(f"elocute: {kept} of {len(lines)} there already", file=sys.stderr)
     if failures:

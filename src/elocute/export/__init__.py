@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.export.arkit_csv import arkit_curves, read_csv_curves
+    from elocute.export.arkit_csv import arkit_curves
     from elocute.export.converted_curves import Conversion, convert_curves, write_curves
+    from elocute.export.curve_files import CurveFile, read_curves
     from elocute.export.curves_json import read_json_curves
     from elocute.export.options import GlbOptions, HtmlOptions, PictureOptions
     from elocute.export.registry import WRITERS, Format, check_suffix, format_options, write
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = [
     "WRITERS",
     "Conversion",
+    "CurveFile",
     "Format",
     "GlbOptions",
     "HtmlOptions",
@@ -24,7 +26,7 @@ __all__ = [
     "check_suffix",
     "convert_curves",
     "format_options",
-    "read_csv_curves",
+    "read_curves",
     "read_json_curves",
     "write",
     "write_curves",
@@ -32,8 +34,9 @@ __all__ = [
 __getattr__, __dir__ = lazy(
     __name__,
     {
-        "arkit_csv": ("arkit_curves", "read_csv_curves"),
+        "arkit_csv": ("arkit_curves",),
         "converted_curves": ("Conversion", "convert_curves", "write_curves"),
+        "curve_files": ("CurveFile", "read_curves"),
         "curves_json": ("read_json_curves",),
         "options": ("GlbOptions", "HtmlOptions", "PictureOptions"),
         "registry": ("WRITERS", "Format", "check_suffix", "format_options", "write"),

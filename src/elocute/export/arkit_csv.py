@@ -8,8 +8,6 @@ whatever the frame rate of the take.
 from __future__ import annotations
 
 import csv
-import io
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +17,6 @@ from numpy.typing import NDArray
 from elocute.errors import MotionError
 from elocute.export.shape_profiles import NEAREST
 from elocute.files.atomic import write_atomically
-from elocute.files.reading import open_regular
 from elocute.motion.curves import ARKIT_NAMES, Curves, curves_from_motion
 from elocute.motion.motion import Motion
 from elocute.numerics.quaternions import multiply, no_turn, to_axis_angle
@@ -45,8 +42,6 @@ _ASIDE = {
 }
 COLUMNS = tuple(_ASIDE.get(name, name) for name in ARKIT_NAMES)
 """ARKit's names in the order of recordings: what goes to the right comes first."""
-BYTES_MAX = 500_000_000
-VALUE_MAX = 1e6
 
 
 def arkit_curves(motion: Motion) -> Curves:
@@ -136,58 +131,3 @@ def timecode(frame: int, fps: float) -> str:
     hours, rest = divmod(seconds, 3600)
     minutes, whole = divmod(rest, 60)
     return f"{hours:02d}:{minutes:02d}:{whole:02d}:{within / 1000:06.3f}"
-
-
-def read_csv_curves(path: str | Path, fps: float) -> Curves:
-    """Read curves back that were written as .csv, or recorded by Live Link Face.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    fps : float
-        Frames per second, which such a file does not say.
-
-    Returns
-    -------
-    Curves
-        ARKit's 52.
-
-    Raises
-    ------
-    MotionError
-        For a file without these columns or with values that are not numbers, naming the row.
-    """
-    path = Path(path)
-    with open_regular(
-        path, max_bytes=BYTES_MAX, allowed="a CSV of ARKit's curves", error=MotionError
-    ) as file:
-        try:
-            lines = io.TextIOWrapper(file, encoding="utf-8-sig", errors="replace", newline="")
-            values = _curve_rows(path, csv.reader(lines))
-        except csv.Error as error:
-            raise MotionError.about(path, found=f"not a CSV ({error})") from error
-    if not values:
-        raise MotionError.about(path, found="no frames", allowed="one or more")
-    return Curves(np.stack(values), ARKIT_NAMES, fps)
-
-
-def _curve_rows(path: Path, rows: Iterator[list[str]]) -> list[NDArray[np.float32]]:
-    header = next(rows, [])
-    names = [name[:1].lower() + name[1:] for name in header]
-    missing = [name for name in ARKIT_NAMES if name not in names]
-    if missing:
-        raise MotionError.about(path, found=f"no column {missing[0]}", allowed="ARKit's 52")
-    columns = [names.index(name) for name in ARKIT_NAMES]
-    values = []
-    for number, row in enumerate(rows, 2):
-        try:
-            frame = np.array([float(row[column]) for column in columns])
-        except (ValueError, IndexError) as error:
-            raise MotionError.about(
-                f"{path} row {number}", found="values that are not numbers"
-            ) from error
-        if not (np.abs(frame) < VALUE_MAX).all():  # NaN is not below anything
-            raise MotionError.about(f"{path} row {number}", found="NaN, infinity or beyond 1e6")
-        values.append(frame.astype(np.float32))
-    return values

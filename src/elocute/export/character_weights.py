@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,13 +11,19 @@ import numpy as np
 from elocute.array_types import Float32Array, Float64Array
 from elocute.files.gltf_nodes import NodeTree, rest_turn, without_matrix
 from elocute.head.character import Character, Control, Turn
-from elocute.motion.control_fit import fit_controls
+from elocute.motion.control_fit import fit_controls, is_of_mouth
 from elocute.motion.motion import Motion
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 
 SWITCHED = 0.5
 """From this weight on a control that is off or on is on."""
 STILL = 1e-6
+OVERRIDDEN: dict[str, Callable[[str], bool]] = {
+    "blink": lambda curve: curve.startswith("eyeBlink"),
+    "lookAt": lambda curve: curve.startswith("eyeLook"),
+    "mouth": is_of_mouth,
+}
+"""By its name in a VRM: whether a curve is of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +89,37 @@ def _control_weights(
             found[control.name] = _shared(motion, control.shares)
         if control.switch:
             found[control.name] = (found[control.name] >= SWITCHED).astype(np.float32)
-    return found, residual
+    return _overridden(found, controls), residual
+
+
+def _overridden(
+    weights: dict[str, Float32Array], controls: tuple[Control, ...]
+) -> dict[str, Float32Array]:
+    """Weights without what expressions of a VRM take away of blinks, gaze and mouth.
+
+    One of the same kind takes nothing of its own; one that is off or on is off where anything is
+    taken.
+    """
+    left = {}
+    for kind in OVERRIDDEN:
+        taken = [
+            (weights[each.name] > 0 if each.overrides[kind] == "block" else weights[each.name])
+            for each in controls
+            if kind in each.overrides and kind not in _kinds(each)
+        ]
+        if taken:
+            left[kind] = np.clip(1 - np.sum(taken, axis=0), 0, 1).astype(np.float32)
+    found = dict(weights)
+    for control in controls:
+        for kind in _kinds(control) & set(left):
+            share = left[kind] >= 1 if control.switch else left[kind]
+            found[control.name] = (found[control.name] * share).astype(np.float32)
+    return found
+
+
+def _kinds(control: Control) -> set[str]:
+    """What a control is to a VRM: a blink, a look, a mouth."""
+    return {kind for curve in control.looks for kind, is_of in OVERRIDDEN.items() if is_of(curve)}
 
 
 def _shared(motion: Motion, shares: dict[str, float]) -> Float32Array:

@@ -73,7 +73,12 @@ def read_json_curves(path: str | Path) -> Curves:
     MotionError
         Saying what is wrong with the file, and in which frame.
     """
-    record = _record(path)
+    return curves_of_record(path, _record(path))
+
+
+def curves_of_record(path: str | Path, record: dict[str, Any]) -> Curves:
+    """The curves of what such a file holds; path: what messages name. Raises MotionError."""
+    _check_format(path, record)
     fps, names, frames = finite_number(record.get("fps")), record.get("names"), record.get("frames")
     if fps is None or not 0 < fps <= FPS_MAX:
         raise MotionError.about(
@@ -104,7 +109,13 @@ def read_json_rotations(path: str | Path, joints: tuple[str, ...]) -> NDArray[np
     MotionError
         For other joints, and for anything but a unit quaternion for each in each frame.
     """
-    record = _record(path)
+    return rotations_of_record(path, _record(path), joints)
+
+
+def rotations_of_record(
+    path: str | Path, record: dict[str, Any], joints: tuple[str, ...]
+) -> NDArray[np.float32] | None:
+    """As `read_json_rotations`, of what such a file holds. Raises MotionError."""
     if "rotations" not in record:
         return None
     if record.get("joints") != list(joints):
@@ -128,10 +139,14 @@ def _flat(turns: Any) -> list[Any]:
 
 def _record(path: str | Path) -> dict[str, Any]:
     record = read_record(path, max_bytes=BYTES_MAX, allowed=ALLOWED, error=MotionError)
+    _check_format(path, record)
+    return record
+
+
+def _check_format(path: str | Path, record: dict[str, Any]) -> None:
     if record.get("format") != FORMAT or record.get("version") != VERSION:
         told = f"format {brief(record.get('format'))}, version {brief(record.get('version'))}"
         raise MotionError.about(path, found=told[:120], allowed=ALLOWED)
-    return record
 
 
 def _are_texts(names: list[Any]) -> bool:

@@ -98,9 +98,9 @@ def _opening(motion: Motion, title: str) -> str:
         '#usda 1.0\n(\n    customLayerData = {\n        string creator = "Elocute"\n'
         f"        string title = {quoted(title)}\n{notice}    }}\n"
         '    defaultPrim = "Head"\n'
-        f"    endTimeCode = {motion.frame_count - 1}\n    framesPerSecond = {motion.fps:g}\n"
+        f"    endTimeCode = {motion.frame_count - 1}\n    framesPerSecond = {motion.fps:.12g}\n"
         "    metersPerUnit = 1\n    startTimeCode = 0\n"
-        f'    timeCodesPerSecond = {motion.fps:g}\n    upAxis = "Y"\n)\n\n'
+        f'    timeCodesPerSecond = {motion.fps:.12g}\n    upAxis = "Y"\n)\n\n'
     )
 
 

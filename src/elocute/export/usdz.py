@@ -6,7 +6,6 @@ programs map it into memory. Its layer is text, which every build of USD reads.
 
 from __future__ import annotations
 
-import tempfile
 import zipfile
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -58,18 +57,14 @@ def write_usdz(
     motion = motion.dressed()
     shapes = target_shapes(motion.head, options.profile, options.visemes)
     joints = tuple(JOINTS.get(name, (name,))[0] for name in motion.head.joint_names)
-    scene = usd_scene(motion, shapes, joints, _wav(sound), path.stem)
-    with write_atomically(path) as draft, draft.open("wb") as file:
-        _pack(file, {"head.usda": scene.text.encode(), **scene.files})
-
-
-def _wav(sound: Sound | None) -> bytes | None:
-    if sound is None:
-        return None
-    with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder) / "sound.wav"
-        write_wav(sound, place)
-        return place.read_bytes()
+    with write_atomically(path) as draft:
+        wav = None
+        if sound is not None:  # beside the draft: a disk that is full is told of this file
+            write_wav(sound, draft.with_name("sound.wav"))
+            wav = draft.with_name("sound.wav").read_bytes()
+        scene = usd_scene(motion, shapes, joints, wav, path.stem)
+        with draft.open("wb") as file:
+            _pack(file, {"head.usda": scene.text.encode(), **scene.files})
 
 
 def _pack(file: BinaryIO, files: dict[str, bytes]) -> None:

@@ -7,6 +7,7 @@ was killed leaves it there; the next one that writes into the folder removes it.
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import os
 import platform
@@ -15,7 +16,7 @@ import shutil
 import stat
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -28,6 +29,8 @@ _FOLDERS: set[Path] = set()
 """Where this process has written, for `remove_own_drafts`."""
 _EXPECTED: dict[tuple[str, str], tuple[int, int, int, int] | None] = {}
 """Places in a block of `unchanged`, and what is there as far as this run knows."""
+_TOLD: dict[tuple[str, str], Callable[[Path], None]] = {}
+"""Places in a block of `announced`, and whom to tell of the draft that is about to be there."""
 BEFORE = "before"
 _DRAFT = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<pid>[0-9]{1,10})-\w+\.part$", re.ASCII)
 
@@ -125,9 +128,31 @@ def unchanged(path: Path) -> Iterator[None]:
         _EXPECTED.pop(place, None)
 
 
+@contextlib.contextmanager
+def announced(path: Path, tell: Callable[[Path], None]) -> Iterator[None]:
+    """In this block `tell` is called with each whole draft before it takes its place at `path`.
+
+    A run that is killed at any moment then left either a note of what is there, or a note of what
+    never came.
+    """
+    place = _place(path)
+    _TOLD[place] = tell
+    try:
+        yield
+    finally:
+        _TOLD.pop(place, None)
+
+
+def _announce(draft: Path, path: Path) -> None:
+    tell = _TOLD.get(_place(path))
+    if tell is not None:
+        tell(draft)
+
+
 def _take_place(draft: Path, path: Path) -> None:
     """Move a draft to its name. Raises OutputError where `unchanged` is broken."""
     place = _place(path)
+    _announce(draft, path)
     if place not in _EXPECTED:
         draft.replace(path)
         return
@@ -198,6 +223,7 @@ def write_folder_atomically(path: str | Path) -> Iterator[Path]:
                 _sync(Path(folder, name))
             _sync(Path(folder))
         room.chmod(0o755)
+        _announce(room, path)
         room.replace(path)
 
 
@@ -226,15 +252,25 @@ def moved_aside(path: Path) -> Iterator[None]:
         except BaseException:
             _put_back(before, path)
             raise
+        shutil.rmtree(before.parent, ignore_errors=True)
 
 
 def _put_back(before: Path, path: Path) -> None:
-    """Move a folder back; where its place is taken, keep it beside that under a new name."""
+    """Move a folder back; where its place is taken, keep it beside that under a new name.
+
+    Raises OutputError where it is kept beside, OSError where it could not be moved at all.
+    """
     try:
+        if os.path.lexists(path):
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST))
         before.replace(path)
     except OSError as error:
         kept = Path(tempfile.mkdtemp(prefix=f"{path.name[:32]}.before-", dir=path.parent))
-        before.replace(kept / path.name)
+        try:
+            before.replace(kept / path.name)
+        except BaseException:
+            kept.rmdir()
+            raise
         raise OutputError.about(
             path, found=f"cannot be put back; it is kept in {printable(kept)}"
         ) from error
@@ -262,7 +298,7 @@ def _draft_folder(path: Path) -> Iterator[Path]:
         raise OutputError(str(error).replace(printable(room), printable(path))) from error
     finally:
         if room is not None:
-            shutil.rmtree(room, ignore_errors=True)
+            _discard(room, path.parent)
 
 
 def remove_stale_drafts(folder: Path) -> list[Path]:
@@ -285,9 +321,9 @@ def remove_stale_drafts(folder: Path) -> list[Path]:
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
             found = _DRAFT.search(entry.name)
-            if found and entry.name.startswith(".") and _is_stale(entry, found):
-                _bring_back(Path(entry.path), folder)
-                shutil.rmtree(entry.path, ignore_errors=True)
+            if not found or not entry.name.startswith(".") or not _is_stale(entry, found):
+                continue
+            if _discard(Path(entry.path), folder):
                 removed.append(Path(entry.path))
     return removed
 
@@ -302,16 +338,25 @@ def remove_own_drafts() -> None:
             for entry in entries:
                 found = _DRAFT.search(entry.name)
                 if found and found["host"] == _host() and int(found["pid"]) == os.getpid():
-                    _bring_back(Path(entry.path), folder)
-                    shutil.rmtree(entry.path, ignore_errors=True)
+                    _discard(Path(entry.path), folder)
 
 
-def _bring_back(draft: Path, folder: Path) -> None:
-    """Move back what a killed run had moved aside, where nothing took its place."""
-    with contextlib.suppress(OSError):
-        for before in (draft / BEFORE).iterdir():
-            if not os.path.lexists(folder / before.name):
-                before.replace(folder / before.name)
+def _discard(draft: Path, folder: Path) -> bool:
+    """Remove a draft; what was moved aside in it goes back first, or is kept beside its place.
+
+    Where neither can be done, the draft stays for a later run to try. Returns whether it is gone.
+    """
+    try:
+        for before in sorted((draft / BEFORE).iterdir()):
+            _put_back(before, folder / before.name)
+    except FileNotFoundError:
+        pass  # nothing was moved aside
+    except OutputError:  # it is kept beside its place
+        pass
+    except OSError:
+        return False
+    shutil.rmtree(draft, ignore_errors=True)
+    return True
 
 
 def _is_stale(entry: os.DirEntry[str], name: re.Match[str]) -> bool:

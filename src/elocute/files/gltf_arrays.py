@@ -16,7 +16,13 @@ from elocute.files.gltf_document import GltfDocument
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 MOST_BYTES = 1_000_000_000
-"""What all that is read of a file may take, unpacked."""
+"""What all that is read of a file, and built of it, may take beside `FOR_EACH_BYTE`."""
+FOR_EACH_BYTE = 16
+"""What may be built of a byte that is there: a triangle of corners of 4 bytes takes 48."""
+
+
+class TooMuchError(ValueError):
+    """What a file says would take more memory than is allowed to it."""
 
 
 class GltfArrays:
@@ -36,7 +42,11 @@ class GltfArrays:
         self._document, self._known = document, known or {}
         self._buffers: dict[int, NDArray[np.uint8]] = {}
         self._unpacked: dict[int, NDArray[np.uint8]] = {}
-        self._left = MOST_BYTES
+        content = [
+            document.binary or b"",
+            *(each.get("uri", "") for each in document.records("buffers")),
+        ]
+        self._left = MOST_BYTES + FOR_EACH_BYTE * sum(map(len, content))
 
     def values(self, accessor: int) -> NDArray[Any]:
         """The elements of an accessor.
@@ -59,7 +69,7 @@ class GltfArrays:
         record = self._document.records("accessors")[accessor]
         kind, width = np.dtype(TYPES[record["componentType"]]), WIDTHS[record["type"]]
         count = record["count"]
-        self._take(count * width * 8)
+        self.take(count * width * 8)
         if accessor in self._known:
             stored = self._known[accessor]
         elif "bufferView" in record:
@@ -91,7 +101,7 @@ class GltfArrays:
             size = count * stride
             if size != view["byteLength"] or min(count, stride) < 1:
                 raise ValueError("a packed view of another size")
-            self._take(size)
+            self.take(size)
             content = meshopt.unpacked(
                 self._piece(note).tobytes(),
                 count=count,
@@ -136,7 +146,7 @@ class GltfArrays:
                 header, _, content = uri.partition(",")
                 if not header.endswith(";base64"):
                     raise ValueError("a buffer in an unknown form")
-                self._take(len(content))
+                self.take(len(content))
                 data: Any = base64.b64decode(content)
             elif number == 0 and self._document.binary is not None:
                 data = self._document.binary
@@ -145,10 +155,14 @@ class GltfArrays:
             self._buffers[number] = np.frombuffer(data, np.uint8)
         return self._buffers[number]
 
-    def _take(self, size: int) -> None:
+    def take(self, size: int) -> None:
+        """Count what is about to be built. Raises ValueError where that is too much.
+
+        size: bytes.
+        """
         self._left -= size
         if self._left < 0:
-            raise ValueError("more than may be read")
+            raise TooMuchError("more than may be read")
 
 
 def packing(view: dict[str, Any]) -> dict[str, Any] | None:

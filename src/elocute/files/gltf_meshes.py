@@ -31,6 +31,8 @@ from elocute.files.meshes import PICTURE_FORMATS, check_picture
 Matrix = NDArray[np.float64]
 
 LIST, STRIP, FAN = 4, 5, 6
+VERTEX_BYTES, SKINNED_BYTES, CORNER_BYTES, JOINT_BYTES = 128, 600, 32, 512
+"""What is built of each, at most, before it is thinned out to what a part keeps."""
 TRANSFORM = "KHR_texture_transform"
 SPECULAR = "KHR_materials_pbrSpecularGlossiness"
 WEBP = "EXT_texture_webp"
@@ -66,13 +68,14 @@ def gltf_parts(
     """
     tree = NodeTree(document)
     pictures = _Pictures(document, arrays, subject, budget, error)
+    skins = _Skins(document, arrays, tree)
     for node in _shown(document, tree):
         record = tree.nodes[node]
         if "mesh" not in record:
             continue
         mesh = document.records("meshes")[record["mesh"]]
         for number, primitive in enumerate(mesh["primitives"]):
-            part = _part(document, arrays, tree, pictures, node, number, primitive)
+            part = _part(document, arrays, skins, pictures, node, number, primitive)
             if part is not None:
                 yield part
 
@@ -91,7 +94,7 @@ def _shown(document: GltfDocument, tree: NodeTree) -> list[int]:
 def _part(
     document: GltfDocument,
     arrays: GltfArrays,
-    tree: NodeTree,
+    skins: _Skins,
     pictures: _Pictures,
     node: int,
     number: int,
@@ -100,24 +103,28 @@ def _part(
     attributes = primitive["attributes"]
     if "POSITION" not in attributes or primitive.get("mode", LIST) not in (LIST, STRIP, FAN):
         return None
-    points = arrays.values(attributes["POSITION"]).astype(np.float64)
+    _charge(document, arrays, primitive)
+    points = arrays.values(attributes["POSITION"]).astype(np.float64, copy=False)
     triangles = _triangles(arrays, primitive, len(points))
-    used, corners = np.unique(triangles, return_inverse=True)
+    is_used = np.zeros(len(points), bool)
+    is_used[triangles] = True
+    used = np.flatnonzero(is_used)
     if not len(used):
         return None
-    placed = _placed(document, arrays, tree, node, attributes, used)
-    linear = np.ascontiguousarray(placed[:, :3, :3])
+    corners = (np.cumsum(is_used) - 1)[triangles]
+    placed = skins.placed(node, attributes, used)
+    linear = placed[:, :3, :3]
     points = np.einsum("vab,vb->va", linear, points[used, :3]) + placed[:, :3, 3]
     material = _material(document, primitive)
     picture, uv, opacity = pictures.of(material, attributes, used)
     colors = _colors(arrays, attributes, material, used)
-    record = tree.nodes[node]
+    record = skins.tree.nodes[node]
     mesh = document.records("meshes")[record["mesh"]]
-    names = (tree.name(node), mesh.get("name"), material.get("name"))
+    names = (skins.tree.name(node), mesh.get("name"), material.get("name"))
     return MeshPart(
         next((name for name in names if isinstance(name, str) and name), f"mesh {node}")[:80],
         points,
-        corners.reshape(triangles.shape).astype(np.int64),
+        corners.astype(np.int64, copy=False),
         uv,
         picture,
         np.tile(np.array(GREY, np.uint8), (len(used), 1)) if colors is None else colors,
@@ -132,6 +139,21 @@ def _part(
             linear,
         ),
     )
+
+
+def _charge(document: GltfDocument, arrays: GltfArrays, primitive: dict[str, Any]) -> None:
+    """Count what is built of a primitive, whose accessors may hold nothing but their lengths.
+
+    Raises ValueError where it is too much.
+    """
+    accessors, attributes = document.records("accessors"), primitive["attributes"]
+    points = corners = accessors[attributes["POSITION"]]["count"]
+    if "indices" in primitive:
+        corners = accessors[primitive["indices"]]["count"]
+    if primitive.get("mode", LIST) != LIST:
+        corners *= 3
+    each = SKINNED_BYTES if "JOINTS_0" in attributes else VERTEX_BYTES
+    arrays.take(points * each + corners * CORNER_BYTES)
 
 
 def _triangles(arrays: GltfArrays, primitive: dict[str, Any], count: int) -> NDArray[np.int64]:
@@ -153,35 +175,43 @@ def _triangles(arrays: GltfArrays, primitive: dict[str, Any], count: int) -> NDA
     return faces
 
 
-def _placed(
-    document: GltfDocument,
-    arrays: GltfArrays,
-    tree: NodeTree,
-    node: int,
-    attributes: dict[str, int],
-    used: NDArray[np.intp],
-) -> Matrix:
-    """(vertex, 4, 4) from the primitive's own space to the scene's: its node's, or its joints'."""
-    own = np.broadcast_to(tree.world(node), (len(used), 4, 4))
-    number = tree.nodes[node].get("skin")
-    if number is None or "JOINTS_0" not in attributes:
-        return own
-    skin = document.records("skins")[number]
-    worlds = np.stack([tree.world(joint) for joint in skin["joints"]])
-    if "inverseBindMatrices" in skin:
-        inverse = arrays.values(skin["inverseBindMatrices"]).astype(np.float64)
-        worlds = worlds @ inverse[: len(worlds)].reshape(-1, 4, 4).transpose(0, 2, 1)
-    placed, total = np.zeros((len(used), 4, 4)), np.zeros(len(used))
-    for joints_name, weights_name in (("JOINTS_0", "WEIGHTS_0"), ("JOINTS_1", "WEIGHTS_1")):
-        if joints_name not in attributes:
-            continue
-        joints = arrays.values(attributes[joints_name])[used].astype(np.int64)
-        weights = arrays.values(attributes[weights_name])[used].astype(np.float64)
-        for joint, weight in zip(joints.T, weights.T, strict=True):
-            placed += weight[:, None, None] * worlds[joint]
-            total += weight
-    held = total > 1e-6
-    return np.where(held[:, None, None], placed / np.where(held, total, 1)[:, None, None], own)
+class _Skins:
+    """Where nodes and skins put vertices; the joints of a skin are placed once."""
+
+    def __init__(self, document: GltfDocument, arrays: GltfArrays, tree: NodeTree) -> None:
+        self._document, self._arrays, self.tree = document, arrays, tree
+        self._worlds: dict[int, Matrix] = {}
+
+    def placed(self, node: int, attributes: dict[str, int], used: NDArray[np.intp]) -> Matrix:
+        """(vertex, 4, 4) from a primitive's own space to the scene's: its node's or its joints'."""
+        own = np.broadcast_to(self.tree.world(node), (len(used), 4, 4))
+        number = self.tree.nodes[node].get("skin")
+        if number is None or "JOINTS_0" not in attributes:
+            return own
+        worlds, arrays = self._joints(number), self._arrays
+        placed, total = np.zeros((len(used), 4, 4)), np.zeros(len(used))
+        for joints_name, weights_name in (("JOINTS_0", "WEIGHTS_0"), ("JOINTS_1", "WEIGHTS_1")):
+            if joints_name not in attributes:
+                continue
+            joints = arrays.values(attributes[joints_name])[used].astype(np.int64)
+            weights = arrays.values(attributes[weights_name])[used].astype(np.float64)
+            for joint, weight in zip(joints.T, weights.T, strict=True):
+                placed += weight[:, None, None] * worlds[joint]
+                total += weight
+        held = total > 1e-6
+        return np.where(held[:, None, None], placed / np.where(held, total, 1)[:, None, None], own)
+
+    def _joints(self, number: int) -> Matrix:
+        """(joint, 4, 4) of a skin, from where its vertices are to where they stand."""
+        if number not in self._worlds:
+            skin = self._document.records("skins")[number]
+            self._arrays.take(len(skin["joints"]) * JOINT_BYTES)
+            worlds = np.stack([self.tree.world(joint) for joint in skin["joints"]])
+            if "inverseBindMatrices" in skin:
+                inverse = self._arrays.values(skin["inverseBindMatrices"]).astype(np.float64)
+                worlds = worlds @ inverse[: len(worlds)].reshape(-1, 4, 4).transpose(0, 2, 1)
+            self._worlds[number] = worlds
+        return self._worlds[number]
 
 
 def _material(document: GltfDocument, primitive: dict[str, Any]) -> dict[str, Any]:

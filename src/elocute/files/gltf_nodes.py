@@ -54,12 +54,15 @@ class NodeTree:
 
     def world(self, node: int) -> NDArray[np.float64]:
         """(4, 4) from a node's own space to the scene's, at rest; finite where the scales are."""
+        unknown = []
+        while node not in self._worlds:  # up to what is known: a chain is walked once
+            unknown.append(node)
+            node = self.parents[node]
+        world = self._worlds[node]
         with np.errstate(all="ignore"):
-            for each in reversed(self.line(node)):
-                if each not in self._worlds:
-                    above = self._worlds[self.parents[each]]
-                    self._worlds[each] = above @ local_matrix(self.nodes[each])
-        return self._worlds[node]
+            for each in reversed(unknown):
+                world = self._worlds[each] = world @ local_matrix(self.nodes[each])
+        return world
 
     def axes(self, node: int) -> NDArray[np.float64] | None:
         """(3, 3) axes in the scene of what a node hangs from, each of length one, at rest.

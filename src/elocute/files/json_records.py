@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
@@ -17,6 +18,11 @@ MEMORY_MAX_BYTES = 1_000_000_000
 LIST_BYTES, DICT_BYTES, KEY_BYTES, ITEM_BYTES, TEXT_BYTES = 64, 64, 100, 32, 50
 INTEGER_MAX_DIGITS = 18
 """Whole numbers fit into 64 bits, so that no later step meets one that it cannot hold."""
+
+
+DEPTH_MAX = 100
+"""Lists and objects within each other: no file needs more, and walking deeper ones would fail."""
+_TEXTS = re.compile(r'"(?:[^"\\]|\\.)*+"', re.DOTALL)
 
 
 def read_record(
@@ -117,18 +123,33 @@ def parse_json(
     Raises
     ------
     InputError
-        Of the class `error`, for anything else, and for a text that would take more than
-        `MEMORY_MAX_BYTES` in memory.
+        Of the class `error`, for anything else, for a text that would take more than
+        `MEMORY_MAX_BYTES` in memory, and for one nested deeper than `DEPTH_MAX`.
     """
     constant = _nan_alone if nan else _refuse_constant
     try:
         if (needed := _memory_bytes(data)) > MEMORY_MAX_BYTES:
             raise ValueError(f"{bytes_text(needed)} once it is read")
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
-        return json.loads(text, parse_constant=constant, parse_int=_integer, parse_float=_fraction)
+        value = json.loads(text, parse_constant=constant, parse_int=_integer, parse_float=_fraction)
+        if _is_deeper(text, DEPTH_MAX):
+            raise RecursionError
+        return value
     except (ValueError, RecursionError) as problem:
         reason = "nested too deeply" if isinstance(problem, RecursionError) else str(problem)
         raise error.about(subject, found=f"no JSON ({reason[:120]})", allowed=allowed) from None
+
+
+def _is_deeper(text: str, most: int) -> bool:
+    """Whether lists and objects of a valid text hold each other deeper than so many."""
+    if text.count("[") + text.count("{") <= most:
+        return False
+    left = re.sub(r"[^][{}]+", "", _TEXTS.sub("", text))
+    for _ in range(most):
+        if not left:
+            return False
+        left = left.replace("[]", "").replace("{}", "")
+    return bool(left)
 
 
 def _memory_bytes(data: bytes | str) -> int:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from elocute.errors import InputError
 from elocute.files.draco_gltf import draco_arrays, draco_is_here, has_draco
-from elocute.files.gltf_arrays import GltfArrays
+from elocute.files.gltf_arrays import FOR_EACH_BYTE, MOST_BYTES, GltfArrays, TooMuchError
 from elocute.files.gltf_document import SUFFIXES as GLTF_SUFFIXES
 from elocute.files.gltf_document import GltfDocument, gltf_document, read_gltf_bytes
 from elocute.files.gltf_meshes import gltf_parts
@@ -22,6 +22,7 @@ from elocute.files.mesh_materials import Look, mesh_looks
 from elocute.files.mesh_part import GREY, MeshPart
 from elocute.files.meshes import PARSERS, check_picture, read_mesh_file
 from elocute.files.polygon_mesh import PolygonMesh
+from elocute.files.reading import bytes_text
 from elocute.files.unpacked_size import unpacked_limit
 
 SUFFIXES = (*PARSERS, *GLTF_SUFFIXES)
@@ -93,6 +94,12 @@ def document_parts(
             return _checked(gltf_parts(document, arrays, str(path), budget, error), path, error)
     except (InputError, MemoryError):
         raise
+    except TooMuchError as problem:
+        raise error.about(
+            path,
+            found="meshes that take more memory than its size allows",
+            allowed=f"{bytes_text(MOST_BYTES)}, and {FOR_EACH_BYTE} bytes for each of the file",
+        ) from problem
     except Exception as problem:  # records may hold anything where glTF wants something else
         allowed = f"a mesh ({' '.join(SUFFIXES)})"
         raise error.about(path, found="no mesh that can be read", allowed=allowed) from problem

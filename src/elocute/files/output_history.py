@@ -102,7 +102,7 @@ def fingerprint(path: Path) -> str | None:
         return None if not os.path.lexists(path) else "unknown"
 
 
-def remember_output(path: Path, sources: Iterable[Source]) -> None:
+def remember_output(path: Path, sources: Iterable[Source], draft: Path | None = None) -> None:
     """Note that an output, as it is now, was made from `sources`; nothing happens where that fails.
 
     Parameters
@@ -111,10 +111,15 @@ def remember_output(path: Path, sources: Iterable[Source]) -> None:
         The output.
     sources : iterable of str or Path
         What it was made from.
+    draft : Path, optional
+        What is about to take its place. What is there counts too, until the next note, where it was
+        made from the same: this process may be killed before the draft is there.
     """
-    found, source = fingerprint(path), source_text(sources)
+    found, source = fingerprint(draft or path), source_text(sources)
     if found is None:
         return
+    if draft is not None and recall_output(path) == (source, True):
+        found = f"{found}\n{fingerprint(path)}"
 
     def note(table: sqlite3.Connection) -> None:
         table.execute(
@@ -149,7 +154,7 @@ def recall_output(path: Path) -> tuple[str, bool] | None:
         return None if row is None else (os.fsdecode(row[0]), os.fsdecode(row[1]))
 
     known = _with_history(ask)
-    return None if known is None else (known[0], known[1] == fingerprint(path))
+    return None if known is None else (known[0], fingerprint(path) in known[1].split("\n"))
 
 
 def _key(path: Path) -> bytes:

@@ -14,10 +14,17 @@ import tempfile
 import unicodedata
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from elocute.errors import InputError, OutputError
-from elocute.files.atomic import check_output, moved_aside, unchanged, written_meanwhile
+from elocute.files.atomic import (
+    announced,
+    check_output,
+    moved_aside,
+    unchanged,
+    written_meanwhile,
+)
 from elocute.files.output_history import (
     Source,
     fingerprint,
@@ -208,6 +215,7 @@ class OutputPlan:
             if path.parent in self._folders:
                 aside.enter_context(_made_folder(path.parent))
             for one in written:
+                aside.enter_context(announced(one.path, partial(_note, one)))
                 if one.path.is_dir() and not one.path.is_symlink():
                     aside.enter_context(moved_aside(one.path))
                 else:
@@ -216,6 +224,11 @@ class OutputPlan:
         for one in written:
             remember_output(one.path, one.sources)
             self._seen[one.path] = fingerprint(one.path)
+
+
+def _note(planned: PlannedOutput, draft: Path) -> None:
+    """Note what an output will be when its draft has taken its place."""
+    remember_output(planned.path, planned.sources, draft)
 
 
 def _check_working_folder(path: Path) -> None:

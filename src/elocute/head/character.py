@@ -43,6 +43,9 @@ class Control:
         Its weight is this share of each curve, added up; {} where it is fitted.
     switch : bool
         Whether it is only ever off or on.
+    overrides : dict of str to str
+        What it takes away of others, as expressions of a VRM 1.0 do: "block" or "blend" by
+        "blink", "lookAt" and "mouth".
     """
 
     name: str
@@ -50,6 +53,7 @@ class Control:
     binds: tuple[tuple[int, int, float], ...]
     shares: dict[str, float] = field(default_factory=dict)
     switch: bool = False
+    overrides: dict[str, str] = field(default_factory=dict)
 
     @property
     def fitted(self) -> bool:
@@ -94,6 +98,8 @@ class Character:
         Its joints.
     facing_deg : float
         How far its face is turned about +Y from +Z.
+    notes : tuple of str
+        What to know about it: shapes and meshes that nothing moves.
 
     Raises
     ------
@@ -107,6 +113,7 @@ class Character:
     controls: tuple[Control, ...]
     turns: tuple[Turn, ...] = ()
     facing_deg: float = 0.0
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         meshes = {self._mesh_of(node) for node in self.nodes}
@@ -149,6 +156,7 @@ class Character:
             "controls": [vars(control) for control in self.controls],
             "turns": [vars(turn) for turn in self.turns],
             "facing_deg": self.facing_deg,
+            "notes": self.notes,
         }
         return {
             _FILE: np.frombuffer(self.document.data, np.uint8),
@@ -195,6 +203,7 @@ def character_of_arrays(stored: Mapping[str, NDArray[Any]]) -> Character | None:
         tuple(_control(each) for each in _list(record.get("controls"))),
         tuple(_turn(each) for each in _list(record.get("turns"))),
         _number(record.get("facing_deg"), 360.0),
+        tuple(_text(each) for each in _list(record.get("notes", []))),
     )
 
 
@@ -210,7 +219,12 @@ def _control(record: Any) -> Control:
         tuple(binds),
         _shares(given.get("shares")),
         given.get("switch") is True,
+        {name: _text(way) for name, way in _overrides(given).items()},
     )
+
+
+def _overrides(given: dict[str, Any]) -> dict[str, Any]:
+    return as_record(given.get("overrides", {}), "character", ALLOWED, HeadError)
 
 
 def _turn(record: Any) -> Turn:

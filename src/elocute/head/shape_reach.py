@@ -28,17 +28,18 @@ def shape_reach(head: HeadModel, template: NDArray[np.floating]) -> dict[str, ND
     Returns
     -------
     dict of str to (3,) float32
-        By the name of a shape; x, y and z of its displacements. Shapes that stay, and those of a
-        head that does not name its lids or corners, are left out.
+        By the name of a shape; x, y and z of its displacements. Shapes that stay are left out, and
+        those of a head that does not name its lids or corners, or has them in one place.
     """
     reach = {}
     for side in ("left", "right"):
         name = f"eyeBlink{side.capitalize()}"
-        if name in head.expression_names and has_lids(head, side):
-            scale = lid_gap(head, template, side) / lid_gap(head, head.template, side)
-            reach[name] = np.full(3, scale, np.float32)
-    if len(head.inner_corners):
-        scale = _mouth_width(head, template) / _mouth_width(head, head.template)
+        if name not in head.expression_names or not has_lids(head, side):
+            continue
+        if own := lid_gap(head, head.template, side):
+            reach[name] = np.full(3, lid_gap(head, template, side) / own, np.float32)
+    if len(head.inner_corners) and (own := _mouth_width(head, head.template)):
+        scale = _mouth_width(head, template) / own
         factors = np.array([scale, 1, 1], np.float32)
         reach |= {name: factors for name in ROUND_LIPS if name in head.expression_names}
     return reach

@@ -7,6 +7,7 @@ computed from that stretch exactly as it would be from the whole sound.
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,6 +39,7 @@ from elocute.models.protocol import (
 from elocute.models.registry import DEFAULT_MODEL, open_model
 from elocute.models.style_mixes import checked_style
 from elocute.motion.curves import Curves
+from elocute.numerics.frame_rates import frame_rate
 from elocute.numerics.input_checks import NUMBERS_MAX, array_of, real_number
 from elocute.numerics.quaternions import no_turn
 from elocute.numerics.resampling import frames_in
@@ -83,6 +85,8 @@ class Frame:
 class CurveStream:
     """Live curves of any model: `push` sound, get the frames that are certain.
 
+    Several threads may push; a block is taken whole before the next one.
+
     Parameters
     ----------
     model : SpeechModel
@@ -124,7 +128,7 @@ class CurveStream:
     ) -> None:
         check_animation_settings(fps, strength)
         self._contacts = lays_contacts(contacts)
-        self.model, self.fps = model, float(fps)
+        self.model, self.fps = model, float(frame_rate(fps))
         self.sample_rate = check_rate("stream", sample_rate)
         self._style = model.style(checked_style(style), outputs=mixes_outputs(mix))
         self._strength = strength
@@ -134,6 +138,7 @@ class CurveStream:
         self._phones = None if streams.phones is None else _FeatureBuffer(streams.phones)
         self._samples = self._frames = 0
         self._ended = False
+        self._lock = threading.RLock()
 
     @property
     def lookahead_s(self) -> float:
@@ -163,6 +168,10 @@ class CurveStream:
         AudioError
             For anything else, and after `flush`.
         """
+        with self._lock:
+            return self._pushed(samples)
+
+    def _pushed(self, samples: NDArray[np.floating] | NDArray[np.int16]) -> Curves | None:
         if self._ended:
             raise AudioError("stream: found sound after its end; allowed: a new stream")
         block = checked_block(samples, self.sample_rate, self._samples)
@@ -181,6 +190,10 @@ class CurveStream:
         Curves or None
             The remaining frames; None where there are none, or the sound was too short to be any.
         """
+        with self._lock:
+            return self._flushed()
+
+    def _flushed(self) -> Curves | None:
         if self._ended or not self._samples:
             self._ended = True
             return None
@@ -248,6 +261,8 @@ class _FeatureBuffer:
 class Stream:
     """Live animation, as `elocute.stream` opens it: blocks of sound in, `Frame`s out.
 
+    Several threads may push; a block is taken whole before the next one.
+
     Parameters
     ----------
     curves : CurveStream
@@ -259,6 +274,7 @@ class Stream:
     def __init__(self, curves: CurveStream, face: LivingFace | None) -> None:
         self._curves, self._face = curves, face
         self._given, self._ended = 0, False
+        self._lock = threading.RLock()
         self._waiting: list[Curves] = []
         self._life: LifeStream | None = None
         self._rows, self._first_row = np.zeros((1, len(CHANNELS)), np.float32), 0
@@ -289,6 +305,10 @@ class Stream:
         AudioError
             For anything else, and after `flush`.
         """
+        with self._lock:
+            return self._pushed(samples)
+
+    def _pushed(self, samples: NDArray[np.floating] | NDArray[np.int16]) -> Iterator[Frame]:
         self._take(self._curves.push(samples))
         if self._life is None:
             return self._frames(self._curves.frames_given)
@@ -305,6 +325,10 @@ class Stream:
         iterator of Frame
             The remaining frames.
         """
+        with self._lock:
+            return self._flushed()
+
+    def _flushed(self) -> Iterator[Frame]:
         self._take(self._curves.flush())
         if self._life is not None and not self._ended:
             self._rows = np.concatenate([self._rows, self._life.flush()])
@@ -421,6 +445,7 @@ def stream(
 
     alive, feeling = resolve_life(life), resolve_mood(mood)
     check_animation_settings(fps, strength)
+    fps = frame_rate(fps)
     opened = open_model(model)
     curves = CurveStream(
         opened,

@@ -3,7 +3,8 @@
 Each shape is told as weights of the head's own: a viseme is the look that the head has for it. The
 weights are non-negative, few at a time, and as smooth as the motion: each frame is a strictly
 convex problem, so that its solution changes no faster than what it is solved for, and a take that
-is cut has the same weights.
+is cut has the same weights. Whole mouths (visemes, vowels) share a weight of one, and where the
+motion's lips seal, the one that seals them is taken in full.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array
 from elocute.head.model import HeadModel
+from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
-from elocute.numerics.bounded_least_squares import solve_box
+from elocute.numerics.bounded_least_squares import solve_box_sum
 
 MOUTH = ("jaw", "mouth", "tongue")
 MOVED_M = 1e-4
@@ -28,6 +30,11 @@ TOUCH_M = 1e-3
 """Lips this far apart count about a third of the way to those that touch."""
 CLOSED_MM = 0.05
 """Lips that are this near touch."""
+SEALED_M, APART_M = 1e-3, 2e-3
+"""Lips pressed on each other are sealed up to the one, and not at all from the other on."""
+PRESS = ("mouthPressLeft", "mouthPressRight")
+ROLLED = 0.15
+"""Of `mouthClose`: from here on lips that it closes over an open jaw are sealed."""
 RIDGE = 1e-3  # of the mean squared length of a shape
 SPARSE = 0.01  # of the same: what a weight costs, whatever the fit
 
@@ -69,6 +76,21 @@ def is_of_mouth(curve: str) -> bool:
     return curve.startswith(MOUTH)
 
 
+def is_whole_mouth(look: dict[str, float]) -> bool:
+    """Whether a shape is a whole mouth, a viseme or a vowel, which others share a weight with.
+
+    Parameters
+    ----------
+    look : dict of str to float
+        Weights of the built-in head's curves.
+
+    Returns
+    -------
+    bool
+    """
+    return 0 < look.get("jawOpen", 0.0) < 1
+
+
 def fit_controls(motion: Motion, looks: Sequence[dict[str, float]]) -> ControlFit:
     """Fit weights of mouth shapes to a motion.
 
@@ -96,11 +118,15 @@ def fit_controls(motion: Motion, looks: Sequence[dict[str, float]]) -> ControlFi
     plain[np.diag_indices_from(plain)] += RIDGE * mean
     shares = _gap_counts(curves, gaps)
     sides = (curves @ skin + shares[:, None] * (curves @ gap)) @ mixes.T - SPARSE * mean
-    low, high = np.zeros(len(looks)), np.ones(len(looks))
+    low, high = np.zeros((len(curves), len(looks))), np.ones(len(looks))
+    sealing = [VISEME_SHAPES["PP"].get(name, 0.0) for name in names]
+    for place in np.flatnonzero(np.abs(mixes - sealing).max(axis=1, initial=0) < 1e-6)[:1]:
+        low[:, place] = _seals(motion, curves, gaps)
+    mouths = np.array([float(is_whole_mouth(look)) for look in looks])
     weights = np.stack(
         [
-            solve_box(plain + share * close, side, low, high)
-            for share, side in zip(shares, sides, strict=True)
+            solve_box_sum(plain + share * close, side, least, high, mouths)
+            for share, side, least in zip(shares, sides, low, strict=True)
         ]
     )
     off = weights @ mixes - curves
@@ -119,10 +145,31 @@ def fit_controls(motion: Motion, looks: Sequence[dict[str, float]]) -> ControlFi
     )
 
 
+def _apart(curves: Float64Array, gaps: Float64Array) -> Float64Array:
+    """(frame,) how far the lips are from where they are at rest, towards each other, m."""
+    return np.linalg.norm((curves @ gaps).reshape(len(curves), -1, 3), axis=2).mean(axis=1)
+
+
+def _seals(motion: Motion, curves: Float64Array, gaps: Float64Array) -> Float64Array:
+    """(frame,) how far lips that touch are sealed, as for a p: pressed, or closed over the jaw."""
+    pressed = np.max([_curve(motion, name) for name in PRESS], axis=0)
+    pressed = pressed / VISEME_SHAPES["PP"][PRESS[0]]
+    jaw, over = _curve(motion, "jawOpen"), _curve(motion, "mouthClose")
+    closed = np.minimum(over / np.maximum(jaw, 1e-6), 1) * np.minimum(over / ROLLED, 1)
+    near = (APART_M - _apart(curves, gaps)) / (APART_M - SEALED_M)
+    return np.clip(np.maximum(pressed, closed), 0, 1) * np.clip(near, 0, 1)
+
+
+def _curve(motion: Motion, name: str) -> Float64Array:
+    """(frame,) of a curve; zeros where the head has none."""
+    if name not in motion.names:
+        return np.zeros(motion.frame_count)
+    return motion.weights[:, motion.names.index(name)].astype(np.float64)
+
+
 def _gap_counts(curves: Float64Array, gaps: Float64Array) -> Float64Array:
     """(frame,) how much the gap counts: more the nearer the lips are."""
-    apart = np.linalg.norm((curves @ gaps).reshape(len(curves), -1, 3), axis=2).mean(axis=1)
-    touching = np.exp(-((apart / TOUCH_M) ** 2))
+    touching = np.exp(-((_apart(curves, gaps) / TOUCH_M) ** 2))
     return GAP**2 + (SHUT**2 - GAP**2) * touching
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,11 +124,11 @@ class Curves:
         return f"Curves({len(self.values)} frames at {self.fps:g} fps, {len(self.names)} curves)"
 
     def __getitem__(self, name: str) -> NDArray[np.float32]:
-        """(frame,) values of one curve. Raises KeyError for an unknown name."""
+        """(frame,) values of one curve. Raises KeyError, which says the nearest name."""
         try:
             return self.values[:, self.names.index(name)]
         except ValueError:
-            raise KeyError(name) from None
+            raise KeyError(_unknown(name, self.names)) from None
 
     def select(self, names: tuple[str, ...]) -> Curves:
         """The curves of these names, in this order.
@@ -147,6 +148,14 @@ class Curves:
             if name in self.names:
                 values[:, column] = self[name]
         return Curves(values, names, self.fps)
+
+
+def _unknown(name: object, names: tuple[str, ...]) -> str:
+    """No curve of a name, and the nearest one, in whatever case."""
+    lower = {each.lower(): each for each in names}
+    near = get_close_matches(str(name)[:100].lower(), lower, n=1, cutoff=0.6)
+    allowed = f"nearest: {lower[near[0]]}" if near else f"there are {', '.join(names)[:200]}"
+    return f"no curve {brief(name)}; {allowed}"
 
 
 def motion_from_curves(head: HeadModel, curves: Curves) -> Motion:

@@ -10,23 +10,29 @@ from elocute.array_types import Float64Array
 
 ROUNDS = 100
 SMALLEST = 1e-12  # share of the largest unknown: a step that rounding makes
+SUM_EXACT = 1e-7  # of a limited sum
 SWEEPS = 6  # along a chain
 GRADIENT_STEPS = 300
 
 
 def solve_box(
-    gram: Float64Array, side: Float64Array, low: Float64Array, high: Float64Array
+    gram: Float64Array,
+    side: Float64Array,
+    low: Float64Array,
+    high: Float64Array,
+    start: Float64Array | None = None,
 ) -> Float64Array:
     """(unknown,) x that minimises ½ xᵀ·gram·x - sideᵀ·x with low ≤ x ≤ high.
 
     gram (unknown, unknown) positive definite; bounds may be infinite. Projected Newton steps
     on the unknowns that no bound holds (Bertsekas 1982): the bounds that hold are found many
-    at a time, so a face of fifty shapes takes a few rounds.
+    at a time, so a face of fifty shapes takes a few rounds; fewer from a `start` that is near.
     """
     best: Float64Array = np.linalg.solve(gram, side).astype(np.float64)
     x: Float64Array = np.clip(best, low, high).astype(np.float64)
     if (x == best).all():
         return best
+    x = x if start is None else start
     cost = _cost(gram, side, x)
     for _ in range(ROUNDS):
         slope = gram @ x - side
@@ -46,8 +52,56 @@ def solve_box(
                 break
             share /= 2
         else:
-            break
+            # Bounds bend the step upwards; each unknown by itself still goes down.
+            tried = _swept(gram, side, low, high, x)
+            tried_cost = _cost(gram, side, tried)
+            if tried_cost >= cost:
+                break
         x, cost = tried, tried_cost
+    return x
+
+
+def _swept(
+    gram: Float64Array, side: Float64Array, low: Float64Array, high: Float64Array, x: Float64Array
+) -> Float64Array:
+    """Each unknown in turn at its best between its bounds."""
+    x = x.copy()
+    for place in range(len(x)):
+        best = x[place] - (gram[place] @ x - side[place]) / gram[place, place]
+        x[place] = min(max(best, low[place]), high[place])
+    return x
+
+
+def solve_box_sum(
+    gram: Float64Array,
+    side: Float64Array,
+    low: Float64Array,
+    high: Float64Array,
+    group: Float64Array,
+    most: float = 1.0,
+) -> Float64Array:
+    """(unknown,) as `solve_box`, with group·x ≤ most as well.
+
+    group (unknown,) ones and zeros; what `low` demands of it must fit. The sum falls with its
+    price in straight pieces, so Newton's steps find the price in a few; where they leave the
+    bracket, it is halved.
+    """
+    x = solve_box(gram, side, low, high)
+    price, cheap, dear = 0.0, 0.0, np.inf
+    for _ in range(ROUNDS):
+        over = float(group @ x) - most
+        if over <= 0 and (price == 0 or over > -SUM_EXACT):
+            break
+        cheap, dear = (price, dear) if over > 0 else (cheap, price)
+        free = np.flatnonzero((x > low) & (x < high))
+        part = group[free]
+        slope = float(part @ np.linalg.solve(gram[np.ix_(free, free)], part)) if part.any() else 0.0
+        price += (over + SUM_EXACT / 2) / slope if slope > 0 else np.inf
+        if not cheap < price < dear:
+            price = (
+                (cheap + dear) / 2 if np.isfinite(dear) else 2 * cheap + float(np.abs(side).max())
+            )
+        x = solve_box(gram, side - price * group, low, high, start=x)
     return x
 
 

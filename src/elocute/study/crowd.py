@@ -213,7 +213,7 @@ class _Person:
         rules = self._design.qualification
         asked = [each for each in given if each.role == "qualification"]
         right = sum(each.answer == each.correct for each in asked)
-        return rules.failed == "stop" and bool(asked) and right < rules.right
+        return rules.failed == "stop" and bool(asked) and right < rules.needed
 
     def _seconds(self) -> float:
         if self._cheats:

@@ -30,6 +30,11 @@ ITEMS_MAX = 1_000
 TEXT_MAX = 4_000
 WORD_MAX = 60
 SECONDS_MAX = 36_000.0
+PANEL_ADDRESS = re.compile(
+    r"https?://[\w.:\[\]-]+([/?](?:[!-z|~]|\{(?:code|id|study|session)\})*)?", re.ASCII
+)
+PANEL_CODE = re.compile(r"[A-Za-z0-9_-]{0,64}")
+PANEL_PARAMETER = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
 def check_name(name: object, about: str) -> str:
@@ -372,7 +377,9 @@ class Qualification:
     """
 
     items: int = setting(3, low=0, high=50, help="How many.")
-    right: int = setting(3, low=0, high=50, help="How many must be right.")
+    right: int | None = setting(
+        None, low=0, high=50, help="How many must be right; by default all of them."
+    )
     condition: str = setting(
         "", help="The condition with its own sound; by default the baseline, or the first."
     )
@@ -382,10 +389,15 @@ class Qualification:
 
     def __post_init__(self) -> None:
         check_settings(self, StudyError)
-        if self.right > self.items:
+        if self.needed > self.items:
             raise StudyError.about(
                 "`right`", found=str(self.right), allowed=f"0 to {self.items}, the items"
             )
+
+    @property
+    def needed(self) -> int:
+        """How many must be right."""
+        return self.items if self.right is None else self.right
 
 
 @described
@@ -492,6 +504,52 @@ class Analysis:
         check_settings(self, StudyError)
 
 
+@described
+@dataclass(frozen=True)
+class Panel:
+    """Where people come from and go back to: Prolific, Mechanical Turk, a university's pool.
+
+    In `return_to`, {code} is the completion code, and {id}, {study} and {session}
+    are what the link brought.
+
+    Raises
+    ------
+    StudyError
+        For a value of another type or outside its range.
+    """
+
+    parameter: str = setting(
+        "", help="Of the link, the parameter with a person's id; by default the panels' own names."
+    )
+    required: bool = setting(False, help="Let in only who comes by a link with such an id.")
+    return_to: str = setting(
+        "", help="Address to go back to in the end: https://panel.example/done?cc={code}."
+    )
+    done_code: str = setting("", help="Completion code of all; by default one for each person.")
+    stopped_code: str = setting("", help="Code of who did not pass the qualification.")
+    full_code: str = setting("", help="Code of who comes when all places are taken.")
+
+    def __post_init__(self) -> None:
+        check_settings(self, StudyError)
+        if self.return_to and not PANEL_ADDRESS.fullmatch(self.return_to):
+            raise StudyError.about(
+                "`return_to`",
+                found=repr(self.return_to)[:WORD_MAX],
+                allowed="an address https://… that may hold {code}, {id}, {study} and {session}",
+            )
+        for name in ("done_code", "stopped_code", "full_code"):
+            if not PANEL_CODE.fullmatch(getattr(self, name)):
+                raise StudyError.about(
+                    f"`{name}`",
+                    found=repr(getattr(self, name))[:WORD_MAX],
+                    allowed="up to 64 letters, digits, _ and -",
+                )
+        if self.parameter and not PANEL_PARAMETER.fullmatch(self.parameter):
+            raise StudyError.about(
+                "`parameter`", found=repr(self.parameter)[:WORD_MAX], allowed="such as PROLIFIC_PID"
+            )
+
+
 @dataclass(frozen=True)
 class Design:
     """A study as its file says it.
@@ -502,7 +560,7 @@ class Design:
         Title, kind and question.
     conditions : tuple of Condition
         In the file's order.
-    stimuli, comparisons, assignment, qualification, catch, watching, exclusions, analysis
+    stimuli, comparisons, assignment, qualification, catch, watching, exclusions, analysis, panel
         The sections of these names.
     path : Path
         The file; what it names is relative to it.
@@ -525,6 +583,7 @@ class Design:
     watching: Watching = Watching()
     exclusions: Exclusions = Exclusions()
     analysis: Analysis = Analysis()
+    panel: Panel = Panel()
     path: Path = Path("study.toml")
     sha256: str = ""
 

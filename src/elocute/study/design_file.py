@@ -23,6 +23,7 @@ from elocute.study.design import (
     Condition,
     Design,
     Exclusions,
+    Panel,
     Qualification,
     Stimuli,
     StimulusSound,
@@ -41,6 +42,7 @@ SECTIONS: dict[str, type] = {
     "watching": Watching,
     "exclusions": Exclusions,
     "analysis": Analysis,
+    "panel": Panel,
 }
 """Beside [[conditions]]."""
 ALLOWED = "a study (study.toml)"

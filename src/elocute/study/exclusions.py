@@ -202,7 +202,7 @@ def _broken(
     rules = design.exclusions
     asked = [each for each in given if each.role == "qualification"]
     right = sum(each.answer == each.correct for each in asked)
-    if rules.qualification and asked and right < min(design.qualification.right, len(asked)):
+    if rules.qualification and asked and right < min(design.qualification.needed, len(asked)):
         return "qualification", f"{right} of {len(asked)} right"
     catches = [each for each in given if each.role == "catch"]
     missed = sum(each.answer != each.correct for each in catches)

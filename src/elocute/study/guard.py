@@ -1,13 +1,15 @@
 """What stands before the study's server: who may ask, for what, how often and how much.
 
-A request passes only if its address is one of a fixed list as it was sent, not decoded; its Host is
-the server's own, and so is its Origin where it has one; its body is small; and neither its sender
-nor its token asks too often. Every answer carries the headers that keep the page to itself.
+A request passes only if its address is one of a fixed list as it was sent, not decoded, and without
+a query but for the first page's, which the server does not read; its Host is the server's own, and
+so is its Origin where it has one; its body is small; and neither its sender nor its token asks too
+often. Every answer carries the headers that keep the page to itself.
 """
 
 from __future__ import annotations
 
 import re
+import threading
 import time
 from collections import OrderedDict
 from collections.abc import Awaitable, Callable, Iterable, MutableMapping
@@ -63,6 +65,25 @@ class Rates:
         if len(self._left) > SENDERS_MAX:
             self._left.popitem(last=False)
         return allowed
+
+
+class SteadyClock:
+    """Seconds since 1970 that never go back, though the machine's clock may be set back.
+
+    What it is asked for is how long somebody watched, and a time that is written beside an answer.
+    """
+
+    def __init__(self, wall: Callable[[], float] = time.time) -> None:
+        self._wall, self._lock = wall, threading.Lock()
+        self._last, self._at = wall(), time.monotonic()
+
+    def __call__(self) -> float:
+        """The time now: the machine's, or what has passed since the last one that was later."""
+        with self._lock:
+            at = time.monotonic()
+            self._last = max(self._wall(), self._last + at - self._at)
+            self._at = at
+            return self._last
 
 
 def host_names(hosts: Iterable[str], port: int) -> frozenset[str]:
@@ -150,8 +171,9 @@ class Guard:
         allowed = self._paths.get(scope["method"])
         if allowed is None:
             return 405, "method"
-        if scope.get("query_string") or not allowed.fullmatch(scope.get("raw_path") or b""):
-            return 404, "unknown"
+        path, query = scope.get("raw_path") or b"", scope.get("query_string") or b""
+        if not allowed.fullmatch(path) or (query and (scope["method"], path) != ("GET", b"/")):
+            return 404, "unknown"  # panels, mail and networks add what they like to a link
         if scope["method"] == "POST":
             return _post_refusal(fields)
         return None

@@ -55,9 +55,14 @@ def serve(app: Any, opened: socket.socket, *, behind_proxy: bool = False) -> Non
     """
     import uvicorn
 
+    from elocute.study.connections import ADDRESS_SHARE, BACKLOG, Room, bounded, connection_limit
+
+    most = connection_limit()
+    # A proxy has all connections to itself, and a limit of its own for each who asks.
+    room = Room(most, most if behind_proxy else max(8, most // ADDRESS_SHARE))
     config = uvicorn.Config(
         app,
-        http="h11",
+        http=bounded(room),
         ws="none",
         lifespan="off",
         log_level="error",
@@ -67,7 +72,7 @@ def serve(app: Any, opened: socket.socket, *, behind_proxy: bool = False) -> Non
         forwarded_allow_ips="127.0.0.1" if behind_proxy else "",
         timeout_keep_alive=20,
         timeout_graceful_shutdown=5,
-        limit_concurrency=2_000,
+        backlog=BACKLOG,
         h11_max_incomplete_event_size=16_384,
     )
     try:

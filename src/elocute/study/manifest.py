@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -12,6 +13,7 @@ from elocute.files.json_records import finite_number, read_record, write_record
 from elocute.files.reading import open_regular
 from elocute.study.design import Design, StimulusSound
 from elocute.study.design_file import read_design
+from elocute.study.sources import with_found_sounds
 from elocute.study.trials import all_videos
 
 FORMAT = "elocute study"
@@ -209,13 +211,19 @@ def open_study(folder: str | Path) -> StudyFolder:
     return StudyFolder(folder, replace(design, stimuli=stimuli), manifest)
 
 
-def known_design(study: str | Path) -> tuple[Design, str]:
+def known_design(
+    study: str | Path, data: Path | None = None, *, elsewhere: bool = False
+) -> tuple[Design, str]:
     """A study, rendered or not.
 
     Parameters
     ----------
     study : str or Path
         Its folder, or its file; beside a manifest its sounds are those of the manifest.
+    data : Path, optional
+        Where the names in the file begin, for patterns of sounds; by default its own folder.
+    elsewhere : bool
+        Whether its sounds may be somewhere else: a pattern that nothing fits then stays one.
 
     Returns
     -------
@@ -227,11 +235,13 @@ def known_design(study: str | Path) -> tuple[Design, str]:
     Raises
     ------
     StudyError
-        For files that cannot be read.
+        For files that cannot be read, and a pattern that nothing fits.
     """
     study = Path(study)
     design, folder = read_design(study), study if study.is_dir() else study.parent
     if not (folder / NAME).is_file():
+        with contextlib.suppress(*([StudyError] if elsewhere else [])):
+            return with_found_sounds(design, data or folder), ""
         return design, ""
     manifest = read_manifest(folder)
     stimuli = replace(design.stimuli, sounds=manifest.sounds)

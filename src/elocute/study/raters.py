@@ -33,7 +33,6 @@ from elocute.study.seen_mouths import (
     people_seen,
     unusual,
 )
-from elocute.study.sources import with_found_sounds
 from elocute.study.stimulus_pictures import shown_motion
 from elocute.study.trials import Clip, Trial, all_videos
 
@@ -208,7 +207,7 @@ def watch_study(
     """
     folder = Path(path) if Path(path).is_dir() else Path(path).parent
     begins = folder if data is None else Path(data)
-    design = with_found_sounds(known_design(path)[0], begins)
+    design, _ = known_design(path, begins)
     stated = dict(levels or {})
     _check(design, stated)
     watching = _Watching(design, begins, weights or Weights())

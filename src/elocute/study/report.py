@@ -139,7 +139,7 @@ def _exclusion_section(design: Design, answers: Sequence[Answer], kept: Kept) ->
     counts = Counter(each.rule for each in kept.excluded)
     limits = {name: f"{value:g}" for name, value in asdict(design.exclusions).items()}
     limits["qualification"] = (
-        f"{design.qualification.right} of {design.qualification.items} right"
+        f"{design.qualification.needed} of {design.qualification.items} right"
         if design.exclusions.qualification
         else "off"
     )

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from elocute.errors import StudyError, needs_extra
 from elocute.files.json_records import as_record, parse_json
@@ -48,6 +49,8 @@ SLACK_S = 5.0
 """How much longer than the server has seen a person may say to have needed."""
 TEXTS_MAX = 200_000
 NUMBER = re.compile(r"\d{1,3}")
+PANEL_VALUE = re.compile(r"[^\x00-\x1f\x7f]{1,200}")
+"""What a panel calls a person, a study or a session."""
 
 
 @dataclass(frozen=True)
@@ -120,18 +123,33 @@ class StudyService:
             "invited": self.serving.invited,
             "headphones": design.watching.headphones,
             "width": design.watching.width,
+            "panel": {
+                "parameter": design.panel.parameter,
+                "required": design.panel.required,
+                "full_code": design.panel.full_code,
+                "full_return": self._full_return(),
+            },
         }
+
+    def _full_return(self) -> str:
+        """The address to go back to of who finds no place; the ids stay out, nobody is stored."""
+        panel = self.study.design.panel
+        return _filled(panel.return_to, panel.full_code, {}) if panel.full_code else ""
 
     def join(self, body: dict[str, Any]) -> dict[str, Any]:
         """Take somebody in. Raises RefusedError, StoreError."""
-        _only(body, {"language", "link"}, {"language"})
-        language, link = body["language"], body.get("link")
+        _only(body, {"language", "link", "panel"}, {"language"})
+        language, link, panel = body["language"], body.get("link"), body.get("panel")
         known = isinstance(language, str) and language in self.texts
         if not known or not (link is None or _is_token(link)):
             raise RefusedError("invalid")
+        if not (panel is None or _is_panel(panel)):
+            raise RefusedError("invalid")
         if self.serving.invited and link is None:
             raise RefusedError("link")
-        token, person = self.store.join(language, link)
+        if self.study.design.panel.required and panel is None and link is None:
+            raise RefusedError("panel")
+        token, person = self.store.join(language, link, panel)
         return {"token": token, "step": self.step(person)}
 
     def person(self, header: str | None) -> Person | None:
@@ -141,11 +159,9 @@ class StudyService:
 
     def step(self, person: Person) -> dict[str, Any]:
         """What a person does next."""
-        if person.state == DONE:
-            return {"state": DONE, "code": person.code}
         shown = person.next
-        if person.state == STOPPED or shown is None:
-            return {"state": STOPPED}
+        if person.state in (DONE, STOPPED) or shown is None:
+            return self._end(person)
         if person.checks is None:
             return {"state": "checks"}
         following = person.shown[person.answered + 1 : person.answered + 2]
@@ -154,6 +170,14 @@ class StudyService:
             "trial": self._trial(person, shown),
             "ahead": [self._id(v.name) for each in following for v in videos_of(each.trial)],
         }
+
+    def _end(self, person: Person) -> dict[str, Any]:
+        """How it ended, the code for a panel, and the address to go back to."""
+        state = DONE if person.state == DONE else STOPPED
+        code = self.store.code_of(state, person.code)
+        ended = {"state": state} | ({"code": code} if code else {})
+        address = self.study.design.panel.return_to if code else ""
+        return ended | ({"return_to": _filled(address, code, person.panel)} if address else {})
 
     def _trial(self, person: Person, shown: Shown) -> dict[str, Any]:
         """A trial as the page knows it: nothing in it says which condition is where."""
@@ -228,7 +252,8 @@ class StudyService:
             raise RefusedError("order")
         shown = person.shown[order - 1]
         answer = _answer(shown, given)
-        elapsed = now - person.last_at
+        # A clock that was set back says nothing of how long it took; the page's own does.
+        elapsed = now - person.last_at if now >= person.last_at else float(seconds)
         watched = sum(self._videos[video.name].seconds for video in videos_of(shown.trial))
         if elapsed < watched * watching.share - EARLY_S:
             raise RefusedError("early")
@@ -267,6 +292,21 @@ def _is_token(value: object) -> bool:
     return isinstance(value, str) and re.fullmatch(r"[A-Za-z0-9_-]{20,64}", value) is not None
 
 
+def _is_panel(given: object) -> bool:
+    """Whether it is what the link of a panel brings: an id, and the panel's study and session."""
+    return (
+        isinstance(given, dict)
+        and {"id"} <= set(given) <= {"id", "study", "session"}
+        and all(isinstance(each, str) and PANEL_VALUE.fullmatch(each) for each in given.values())
+    )
+
+
+def _filled(address: str, code: str, panel: dict[str, str]) -> str:
+    """The address that a person goes back to."""
+    known = {"code": code, "id": "", "study": "", "session": ""} | panel
+    return re.sub(r"\{(\w+)\}", lambda found: quote(known[found[1]], safe=""), address)
+
+
 def _is_number(value: object, low: float, high: float) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high
 
@@ -278,6 +318,8 @@ STATUS = {
     "gone": 401,
     "link": 403,
     "full": 403,
+    "panel": 403,
+    "again": 403,
     "often": 429,
     "stored": 503,
 }
@@ -294,15 +336,13 @@ def study_app(service: StudyService, port: int, clock: Callable[[], float] | Non
     port : int
         The port on which it listens.
     clock : callable, optional
-        Seconds since 1970.
+        Seconds since 1970; by default the store's.
 
     Returns
     -------
     ASGI application
     """
-    import time
-
-    now = clock or time.time
+    now = clock or service.store.clock
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     joins = Rates(service.serving.joins_a_minute, service.serving.joins_a_minute / 60)
     asking = Rates(60, 20)

@@ -6,6 +6,7 @@ like `..` and absolute paths.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
@@ -56,6 +57,37 @@ def inside(folder: Path, name: str, about: str) -> Path:
             remedy="`data` names another folder",
         )
     return path
+
+
+def named_file(folder: Path, value: str, about: str) -> Path | None:
+    """The file that a field means which may hold a plain name as well, such as a model or a style.
+
+    Parameters
+    ----------
+    folder : Path
+        Where names begin.
+    value : str
+        What the field says: a path is what has a folder or a suffix of letters in it.
+    about : str
+        What names it, for errors.
+
+    Returns
+    -------
+    Path or None
+        None for a plain name, which the one who takes it knows or refuses.
+
+    Raises
+    ------
+    StudyError
+        For a path that leads out of the folder.
+    """
+    is_path = re.search(r"[/\\]|\.[0-9]*[A-Za-z][A-Za-z0-9]*$", value)
+    return inside(folder, value, about) if is_path else None
+
+
+def has_patterns(design: Design) -> bool:
+    """Whether any of a design's sounds is a pattern of files, such as `ours/*.mp4`."""
+    return any("*" in each.file for each in design.stimuli.sounds)
 
 
 def with_found_sounds(design: Design, folder: Path) -> Design:

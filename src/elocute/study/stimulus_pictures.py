@@ -14,7 +14,7 @@ from elocute.array_types import Float64Array
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError, StudyError
 from elocute.study.design import Condition, Stimuli, StimulusSound
-from elocute.study.sources import CORPUS, clip_name, inside, motion_file, video_file
+from elocute.study.sources import CORPUS, clip_name, inside, motion_file, named_file, video_file
 
 if TYPE_CHECKING:
     from elocute.motion.motion import Motion
@@ -94,17 +94,26 @@ def source_files(source: PictureSource) -> list[Path]:
     elif condition.motion:
         found = motion_file(source.folder, condition, source.sound, source.face)
         files.append(found / CORPUS if found.is_dir() else found)
-    for name in (condition.model, condition.style, condition.mesh):
-        if Path(name).suffix in (".onnx", ".json", ".obj", ".ply"):
-            files.append(inside(source.folder, name, f"condition {condition.name}"))
-    return files
+    named = [_file(source, field) for field in NAMES_OR_FILES]
+    return [*files, *filter(None, named)]
 
 
-def _named(source: PictureSource, name: str) -> str:
-    """A model or style: a name, or a file inside the folder."""
-    if Path(name).suffix not in (".onnx", ".json"):
-        return name
-    return str(inside(source.folder, name, f"condition {source.condition.name}"))
+NAMES_OR_FILES = ("model", "style", "mesh", "mood", "life", "background", "light", "look")
+"""Fields of a condition or of [stimuli] that hold a name, or a file inside the study's folder."""
+
+
+def _file(source: PictureSource, field: str) -> Path | None:
+    """The file that a field names, None where it holds a plain name. Raises StudyError."""
+    owner, about = source.condition, f"condition {source.condition.name} `{field}`"
+    if not hasattr(owner, field):
+        owner, about = source.stimuli, f"[stimuli] `{field}`"
+    return named_file(source.folder, getattr(owner, field), about)
+
+
+def _named(source: PictureSource, field: str) -> str:
+    """What a field says: a name, or a file inside the folder. Raises StudyError."""
+    owner = source.condition if hasattr(source.condition, field) else source.stimuli
+    return str(_file(source, field) or getattr(owner, field))
 
 
 def _motion(source: PictureSource) -> Motion:
@@ -119,18 +128,18 @@ def _motion(source: PictureSource) -> Motion:
 def _animated(source: PictureSource) -> Motion:
     from elocute.animation import animate
 
-    condition, style = source.condition, source.condition.style
-    named: dict[str, Any] = {"style": _named(source, style)} if style else {}
+    condition = source.condition
+    named: dict[str, Any] = {"style": _named(source, "style")} if condition.style else {}
     made = animate(
         source.voice,
         fps=source.stimuli.fps,
         identity=source.face,
-        model=_named(source, condition.model),
+        model=_named(source, "model"),
         strength=condition.strength,
         contacts=condition.contacts,
-        life=condition.life,
-        mood=condition.mood,
-        look=source.stimuli.look,
+        life=_named(source, "life"),
+        mood=_named(source, "mood"),
+        look=_named(source, "look"),
         **named,
     )
     return made.motion
@@ -270,8 +279,8 @@ def _drawn(source: PictureSource, motion: Motion) -> Iterator[NDArray[np.uint8]]
     options = PictureOptions(
         size=stimuli.size,
         view=source.view,
-        light=stimuli.light,
-        background=stimuli.background,
+        light=_named(source, "light"),
+        background=_named(source, "background"),
     )
     with open_pictures(motion.head, stimuli.size, options) as renderer:
         for picture in renderer.frames(motion.faces()):

@@ -7,14 +7,16 @@ taken once; what is deleted is overwritten.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import hmac
 import json
+import os
 import secrets
 import threading
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,7 @@ from typing import Any
 from elocute.errors import MachineError, StudyError, needs_extra
 from elocute.study.answers import COLUMNS, Answer
 from elocute.study.design import Design
+from elocute.study.guard import SteadyClock
 from elocute.study.trials import Clip, Shown, Trial, block_count, sequence
 
 with needs_extra("serving a study", "study"):
@@ -29,12 +32,14 @@ with needs_extra("serving a study", "study"):
     from sqlalchemy import event
     from sqlalchemy.exc import DBAPIError, IntegrityError, SQLAlchemyError
 
-SCHEMA = 2
+SCHEMA = 3
 TOKEN_BYTES = 24
 ABSENT_S = 7_200.0
 """After so long without an answer a place is given to somebody else; the person may still go on."""
 TRIES = 5
 ACTIVE, DONE, STOPPED = "active", "done", "stopped"
+WITHDRAWN = "withdrawn"
+"""Of a link whose person had everything deleted."""
 CODE_LETTERS = "ABCDEFGHJKMNPQRSTUVWXYZ23456789"
 
 META = sql.MetaData()
@@ -59,6 +64,7 @@ PEOPLE = sql.Table(
     sql.Column("last_at", sql.Float, nullable=False),
     sql.Column("joined_at", sql.String(30), nullable=False),
     sql.Column("shown", sql.Text, nullable=False),
+    sql.Column("panel", sql.Text, nullable=True),
     sql.UniqueConstraint("block", "visit"),
 )
 LINKS = sql.Table(
@@ -115,6 +121,9 @@ class Person:
         When the last answer, or what came before the first, was stored; s since 1970.
     shown : tuple of Shown
         The person's sequence.
+    panel : dict of str to str
+        What the link of a panel brought: "id", and "study" and "session" where it has them; {} for
+        who came otherwise.
     """
 
     id: str
@@ -127,6 +136,7 @@ class Person:
     answered: int
     last_at: float
     shown: tuple[Shown, ...]
+    panel: dict[str, str] = field(default_factory=dict)
 
     @property
     def next(self) -> Shown | None:
@@ -155,8 +165,8 @@ class Store:
         The study, with every sound by name.
     url : str or Path
         A file of SQLite, or the URL of a database.
-    clock : callable
-        Seconds since 1970.
+    clock : callable, optional
+        Seconds since 1970; by default one that never goes back.
 
     Raises
     ------
@@ -167,10 +177,10 @@ class Store:
     """
 
     def __init__(
-        self, design: Design, url: str | Path, clock: Callable[[], float] = time.time
+        self, design: Design, url: str | Path, clock: Callable[[], float] | None = None
     ) -> None:
         self.design = design
-        self._clock = clock
+        self.clock = clock or SteadyClock()
         self._lock = threading.Lock()
         self._shown: dict[str, tuple[Shown, ...]] = {}
         self._engine = _engine(url)
@@ -220,7 +230,9 @@ class Store:
         except SQLAlchemyError as error:
             raise StoreError(f"answers cannot be read: {_told(error)}") from error
 
-    def join(self, language: str, link: str | None = None) -> tuple[str, Person]:
+    def join(
+        self, language: str, link: str | None = None, panel: dict[str, str] | None = None
+    ) -> tuple[str, Person]:
         """Take somebody in.
 
         Parameters
@@ -230,6 +242,8 @@ class Store:
         link : str, optional
             The token of a personal link; whoever comes again by it is the same person, whose
             former token ends.
+        panel : dict of str to str, optional
+            What the link of a panel brought; its "id" is a person's in the same way.
 
         Returns
         -------
@@ -240,21 +254,23 @@ class Store:
         Raises
         ------
         RefusedError
-            "link" for one that is unknown or whose person withdrew, "full" where all places are
-            taken.
+            "link" for one that is unknown or whose person withdrew, "again" for the id of a panel
+            whose person withdrew, "full" where all places are taken.
         StoreError
             Where it cannot be stored.
         """
         token = secrets.token_urlsafe(TOKEN_BYTES)
         for _ in range(TRIES):
             try:
-                return token, self._joined(token, language, link)
+                return token, self._joined(token, language, link, panel or {})
             except IntegrityError:  # another server took the place meanwhile
                 continue
         raise StoreError("answers cannot be stored: no place could be taken")
 
-    def _joined(self, token: str, language: str, link: str | None) -> Person:
+    def _joined(self, token: str, language: str, link: str | None, panel: dict[str, str]) -> Person:
         with self._writing() as connection:
+            if link is None and panel:
+                link = self._link_of(connection, panel["id"])
             if link is not None and (known := self._by_link(connection, link)) is not None:
                 connection.execute(
                     sql.update(PEOPLE).where(PEOPLE.c.id == known.id).values(token=digest(token))
@@ -270,8 +286,9 @@ class Store:
                 code=_new_code(),
                 checks=None,
                 answered=0,
-                last_at=self._clock(),
+                last_at=self.clock(),
                 shown=tuple(sequence(self.design, block, visit)),
+                panel=panel,
             )
             connection.execute(
                 sql.insert(PEOPLE).values(
@@ -286,6 +303,7 @@ class Store:
                     last_at=person.last_at,
                     joined_at=utc(person.last_at),
                     shown=json.dumps([_record(each) for each in person.shown]),
+                    panel=json.dumps(panel) if panel else None,
                 )
             )
             if link is not None:
@@ -296,6 +314,22 @@ class Store:
                 )
         self._shown[person.id] = person.shown
         return person
+
+    def _link_of(self, connection: Any, panel_id: str) -> str:
+        """A personal link of its own for each id of a panel. Raises RefusedError.
+
+        It stays, as a digest with the study's secret, when its person withdraws: nobody sees the
+        study twice.
+        """
+        link = hmac.new(self.secret, panel_id.encode(), hashlib.sha256).hexdigest()
+        row = connection.execute(
+            sql.select(LINKS.c.participant).where(LINKS.c.token == digest(link))
+        ).first()
+        if row is None:
+            connection.execute(sql.insert(LINKS).values(token=digest(link)))
+        elif row.participant == WITHDRAWN:
+            raise RefusedError("again")
+        return link
 
     def _by_link(self, connection: Any, link: str) -> Any:
         """The row of who came by a link before, None for nobody. Raises RefusedError."""
@@ -316,7 +350,7 @@ class Store:
 
         Raises RefusedError.
         """
-        recent = self._clock() - ABSENT_S
+        recent = self.clock() - ABSENT_S
         there = sql.or_(
             PEOPLE.c.state == DONE, sql.and_(PEOPLE.c.state == ACTIVE, PEOPLE.c.last_at > recent)
         )
@@ -353,11 +387,12 @@ class Store:
             answered=row.answered,
             last_at=row.last_at,
             shown=self._shown[row.id],
+            panel=json.loads(row.panel) if row.panel else {},
         )
 
     def check(self, person: Person, found: dict[str, Any]) -> Person:
         """Store what the checks of screen and sound found. Raises StoreError."""
-        now = self._clock()
+        now = self.clock()
         with self._writing() as connection:
             connection.execute(
                 sql.update(PEOPLE)
@@ -406,7 +441,7 @@ class Store:
         StoreError
             Where it cannot be stored; then it is not.
         """
-        now = self._clock()
+        now = self.clock()
         with self._writing() as connection:
             row = connection.execute(
                 sql.select(PEOPLE).where(PEOPLE.c.id == person.id).with_for_update()
@@ -459,7 +494,7 @@ class Store:
                 ANSWERS.c.role == "qualification",
                 ANSWERS.c.answer == ANSWERS.c.correct,
             )
-            if connection.execute(right).scalar() < self.design.qualification.right:
+            if connection.execute(right).scalar() < self.design.qualification.needed:
                 return STOPPED
         return person.state
 
@@ -470,7 +505,7 @@ class Store:
             connection.execute(
                 sql.update(LINKS)
                 .where(LINKS.c.participant == person.id)
-                .values(participant="withdrawn")
+                .values(participant=WITHDRAWN)
             )
             connection.execute(sql.delete(PEOPLE).where(PEOPLE.c.id == person.id))
         self._shown.pop(person.id, None)
@@ -520,7 +555,8 @@ class Store:
                 "visit": row.visit,
                 "language": row.language,
                 "state": row.state,
-                "code": row.code if row.state == DONE else "",
+                "code": self.code_of(row.state, row.code),
+                "panel": json.loads(row.panel) if row.panel else {},
                 "answered": row.answered,
                 "joined_at": row.joined_at,
                 "checks": row.checks or "",
@@ -529,6 +565,25 @@ class Store:
             }
             for row in rows
         ]
+
+    def code_of(self, state: str, own: str) -> str:
+        """What a person gives to a panel: the study's fixed code, or the person's own.
+
+        Parameters
+        ----------
+        state : str
+            "active", "done" or "stopped".
+        own : str
+            The person's own.
+
+        Returns
+        -------
+        str
+            "" where there is none.
+        """
+        panel = self.design.panel
+        codes = {DONE: panel.done_code or own, STOPPED: panel.stopped_code}
+        return codes.get(state, "")
 
     def counts(self) -> dict[str, int]:
         """People by state, and answers. Raises StoreError."""
@@ -602,6 +657,7 @@ def _engine(url: str | Path) -> Any:
             "`database`", found=address.drivername, allowed="postgresql://USER@HOST/NAME"
         )
     if address.get_backend_name() == "sqlite":
+        _keep_private(address.database)
         engine = sql.create_engine(address, connect_args={"timeout": 30})
         event.listen(engine, "connect", _durable)
         return engine
@@ -611,6 +667,16 @@ def _engine(url: str | Path) -> Any:
         raise MachineError(
             f"PostgreSQL needs {error.name}; install it: pip install 'psycopg[binary]'"
         ) from error
+
+
+def _keep_private(path: str | None) -> None:
+    """Make a new file of SQLite readable for its owner alone; its log follows it.
+
+    Answers are of people, and a study's folder is often one that others of a group can read.
+    """
+    if path and path != ":memory:" and not path.startswith("file:"):
+        with contextlib.suppress(OSError):  # SQLite says itself what it cannot open
+            os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600))
 
 
 def _durable(connection: Any, _: object) -> None:
@@ -633,7 +699,12 @@ def _add_measures(connection: Any) -> None:
         connection.exec_driver_sql(f"ALTER TABLE study_answers ADD COLUMN {name} {kind}")
 
 
-MIGRATIONS: Sequence[Callable[[Any], None]] = (_add_measures,)
+def _add_panel(connection: Any) -> None:
+    """From 2 to 3: what the link of a panel brought."""
+    connection.exec_driver_sql("ALTER TABLE study_participants ADD COLUMN panel TEXT")
+
+
+MIGRATIONS: Sequence[Callable[[Any], None]] = (_add_measures, _add_panel)
 """From schema 1 on, each to the next."""
 
 

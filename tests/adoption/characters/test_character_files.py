@@ -11,11 +11,12 @@ import pytest
 from elocute.adoption.characters.open_character import character_head, open_character
 from elocute.animation import animate
 from elocute.errors import OutputError
+from elocute.export.character_weights import character_motion
 from elocute.export.gltf_character import character_glb
 from elocute.export.registry import write
 from elocute.head.character import Character
 from elocute.head.store import load_head, save_head
-from elocute.motion.control_fit import fit_controls
+from elocute.motion.control_fit import fit_controls, is_whole_mouth
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.motion.motion import Motion
 from elocute.motion.store import load_motion, save_motion
@@ -173,10 +174,60 @@ def test_visemes_are_few_and_near_the_mouth(take, character):
     )
     assert (weights[:, :15] > 0.02).sum(axis=1).mean() < 4
     told = made.json["animations"][0]["extras"]["elocute"]["residual_mm"]
-    assert told["skin"] < 0.6 and told["opening"] < 0.25 and told["closed"] < 0.1
+    # Without the limit on the sum it is 0.6 and 0.25 mm, by mouths that no viseme is meant for.
+    assert weights[:, :15].sum(axis=1).max() <= 1 + 1e-6
+    assert told["skin"] < 0.75 and told["opening"] < 0.45 and told["closed"] < 0.1
     half = Motion(take.head, take.weights[:100], take.fps)
     again = Written(character_glb(half, face)).channel(0, "weights")
     assert again is not None and np.array_equal(again, weights[:100])
+
+
+def vowels_and_seal(names):
+    return [name for name in names if name in ("viseme_PP", "MBP", "V_Explosive", "Fcl_MTH_Close")]
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["Fcl_MTH_Close", *(f"Fcl_MTH_{each}" for each in "AIUEO"), "mouthPressLeft"],
+        ["Fcl_MTH_Close", *OCULUS, "mouthClose", "mouthPressLeft", "mouthPressRight", "jawForward"],
+        ["AI", "E", "etc", "FV", "L", "MBP", "O", "rest", "U", "WQ"],
+        ["V_Open", "V_Explosive", "V_Dental_Lip", "V_Tight_O", "V_Tight", "V_Wide", "V_Affricate"],
+    ],
+    ids=["VRoid", "visemes beside ARKit's", "Preston Blair", "Character Creator"],
+)
+def test_lips_that_seal_take_the_shape_that_seals_them(take, character, names):
+    face = character(record(("Head", names)))
+    weights = Written(character_glb(take, face)).channel(0, "weights")
+    assert weights is not None
+    pressed = curve(take, "mouthPressLeft") > 0.495
+    sealing = names.index("viseme_PP" if "viseme_PP" in names else vowels_and_seal(names)[0])
+    assert pressed.sum() > 10 and weights[pressed, sealing].min() > 0.95
+    mouths = [c for c in face.controls if is_whole_mouth(c.looks)]
+    places = [target for control in mouths for _, target, _ in control.binds]
+    assert weights[:, places].sum(axis=1).max() <= 1 + 1e-6
+    assert weights[pressed][:, [place for place in places if place != sealing]].max() < 0.05
+
+
+def test_what_expressions_take_away_is_taken(take, character):
+    face = character(record(("Head", [*OCULUS[1:], "eyeBlinkLeft", "eyeBlinkRight"])))
+    plain = character_motion(take, face).controls
+
+    def moved(name, **overrides):
+        controls = [
+            replace(each, overrides=overrides) if each.name == name else each
+            for each in face.controls
+        ]
+        return character_motion(take, replace_controls(face, tuple(controls))).controls
+
+    blinks = plain["eyeBlinkLeft"]
+    assert blinks.max() > 0.9
+    blocked = moved("eyeBlinkLeft", mouth="block", blink="block")
+    for name in ("viseme_aa", "viseme_PP"):
+        assert np.allclose(blocked[name], np.where(blinks > 0, 0, plain[name]))
+    assert np.array_equal(blocked["eyeBlinkRight"], plain["eyeBlinkRight"])  # of its own kind
+    blended = moved("viseme_aa", blink="blend")["eyeBlinkLeft"]
+    assert np.allclose(blended, blinks * (1 - plain["viseme_aa"]), atol=1e-6)
 
 
 def test_one_shape_alone_still_speaks(take):

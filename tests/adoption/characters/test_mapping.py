@@ -241,6 +241,48 @@ def test_a_vrm_by_its_expressions(opened, version):
     assert found.character.facing_deg == (180 if version == 0 else 0)
 
 
+def test_expressions_say_what_they_take_away(opened):
+    given = vrm(1)
+    preset = given["extensions"]["VRMC_vrm"]["expressions"]["preset"]
+    preset["aa"] |= {"overrideBlink": "block", "overrideMouth": "none", "overrideLookAt": 3}
+    preset["blink"] |= {"overrideLookAt": "blend"}
+    controls = {each.name: each.overrides for each in opened(given).character.controls}
+    assert controls["aa"] == {"blink": "block"} and controls["blink"] == {"lookAt": "blend"}
+    assert controls["oh"] == {}
+
+
+def test_shapes_that_look_like_a_mouth_and_are_not_known_are_told(opened):
+    names = ["AI", "E", "O", "MBP", "mouthQuirk", "XQ", "cape sleeve"]
+    found = opened(record(("Head", names)))
+    (note,) = found.character.notes
+    assert note.startswith(
+        "face.glb: 2 shapes look like a mouth's and are not known (mouthQuirk, XQ)"
+    )
+    assert opened(record(("Head", names[:4]))).character.notes == ()
+    whole = opened(record(("Head", [*ARKIT_NAMES, "mouthQuirk"])))  # the mouth is whole without it
+    assert whole.character.notes == ()
+
+
+def test_eyes_and_teeth_that_nothing_moves_are_named(opened):
+    given = arkit()
+    plain = {"primitives": [{"attributes": {"POSITION": 0}}]}
+    for name in ("Teeth_Lower", "Teeth_Upper", "EyeBall_L", "Eyelashes", "Shirt", "Tongue"):
+        given["meshes"].append({"name": name, **plain})
+        given["nodes"].append({"name": f"{name}.001", "mesh": len(given["meshes"]) - 1})
+    found = opened(given)
+    assert found.still == ("Teeth_Lower.001", "EyeBall_L.001", "Tongue.001")
+    assert "Teeth_Lower.001, EyeBall_L.001, Tongue.001 without shapes" in found.character.notes[0]
+    assert "still        Teeth_Lower.001" in "\n".join(report_lines(character_record(found)))
+    # On a jaw that turns the lower teeth and the tongue go along.
+    given["meshes"][0]["extras"]["targetNames"] = [
+        "other" if name == "jawOpen" else name for name in ARKIT_NAMES
+    ]
+    given["nodes"] += [{"name": "Jaw", "children": [1]}]
+    given["nodes"][0]["skin"] = given["nodes"][6]["skin"] = 0
+    given["skins"] = [{"joints": [7]}]
+    assert opened(given).still == ("EyeBall_L.001",)
+
+
 def test_eyes_say_which_way_a_face_looks(opened):
     given = vrm(0)
     given["nodes"][2]["translation"], given["nodes"][3]["translation"] = [0, 0, -1], [0, 0, 1]

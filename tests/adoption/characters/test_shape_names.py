@@ -3,7 +3,12 @@
 import pytest
 
 from elocute.adoption.characters.joint_names import joint_of
-from elocute.adoption.characters.shape_names import meanings_of, nearest_name, vrm_meaning
+from elocute.adoption.characters.shape_names import (
+    like_a_mouth,
+    meanings_of,
+    nearest_name,
+    vrm_meaning,
+)
 from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.motion.curves import ARKIT_NAMES
 
@@ -87,6 +92,231 @@ def test_letters_are_visemes_among_others():
     own = [VISEME_SHAPES[each] for each in ("aa", "ih", "ou", "E", "oh")]
     assert [each and each.looks for each in meanings_of(names)] == [*own, None]
     assert looks("E", "aa", "oh", "PP") == VISEME_SHAPES["E"]
+
+
+PP, FF, AA, OU = (VISEME_SHAPES[each] for each in ("PP", "FF", "aa", "ou"))
+MICROSOFT = [
+    "sil",
+    "ae_ax_ah",
+    "aa",
+    "ao",
+    "ey_eh_uh",
+    "er",
+    "y_iy_ih_ix",
+    "w_uw",
+    "ow",
+    "aw",
+    "oy",
+    "ay",
+    "h",
+    "r",
+    "l",
+    "s_z",
+    "sh_ch_jh_zh",
+    "th_dh",
+    "f_v",
+    "d_t_n",
+    "k_g_ng",
+    "p_b_m",
+]
+DAZ = [
+    "AA",
+    "EE",
+    "EH",
+    "ER",
+    "F",
+    "IH",
+    "IY",
+    "K",
+    "L",
+    "M",
+    "OW",
+    "S",
+    "SH",
+    "T",
+    "TH",
+    "UW",
+    "W",
+]
+QUARTERS = ("UL", "UR", "DL", "DR")
+META = [
+    *(
+        f"{each}{side}"
+        for each in ("CheekPuff", "Dimpler", "LipPressor", "LipPucker")
+        for side in "LR"
+    ),
+    *(
+        f"{each}{side}"
+        for each in ("LipCornerPuller", "LipStretcher", "EyesClosed")
+        for side in "LR"
+    ),
+    *(f"{each}{side}" for each in ("LowerLipDepressor", "UpperLipRaiser") for side in "LR"),
+    *(
+        f"{each}{place}"
+        for each in ("LipFunneler", "LipSuck")
+        for place in ("LB", "LT", "RB", "RT")
+    ),
+    *("JawDrop", "JawThrust", "LipsToward", "ChinRaiserB", "ChinRaiserT"),
+    *("TongueTipInterdental", "TongueTipAlveolar", "TongueOut"),
+]
+UNIFIED = [
+    *("JawOpen", "MouthClosed", "MouthRaiserUpper", "MouthRaiserLower", "TongueOut"),
+    *(f"LipFunnel{each}{side}" for each in ("Upper", "Lower") for side in ("Left", "Right")),
+    *(f"LipPucker{each}{side}" for each in ("Upper", "Lower") for side in ("Left", "Right")),
+    *(f"LipSuck{each}{side}" for each in ("Upper", "Lower") for side in ("Left", "Right")),
+    *(
+        f"Mouth{each}{side}"
+        for each in ("Press", "CornerPull", "Stretch")
+        for side in ("Left", "Right")
+    ),
+    *(f"Mouth{each}{side}" for each in ("LowerDown", "UpperUp") for side in ("Left", "Right")),
+    *("EyeClosedLeft", "EyeClosedRight"),
+]
+METAHUMAN = [
+    *("jawOpen", "jawFwd", "tongueOut", "eyeBlinkL", "eyeWidenR"),
+    *(
+        f"mouth{each}{q}"
+        for each in ("Funnel", "LipsPurse", "LipsTogether", "Press")
+        for q in QUARTERS
+    ),
+    *(f"mouth{each}{side}" for each in ("CornerPull", "Stretch", "UpperLipRaise") for side in "LR"),
+    *(f"mouth{each}{side}" for each in ("LowerLipDepress", "LowerLipRollIn") for side in "LR"),
+    *("mouthUpperLipRollInL", "mouthUpperLipRollInR", "jawChinRaiseDL", "jawChinRaiseUR"),
+]
+SETS = {
+    "Microsoft": [f"{name}_{number:02}" for number, name in enumerate(MICROSOFT)],
+    "Microsoft by number": [f"viseme_{number}" for number in range(22)],
+    "Preston Blair": ["AI", "E", "etc", "FV", "L", "MBP", "O", "rest", "U", "WQ"],
+    "Preston Blair's mouths": [
+        f"mouth_{name}" for name in ("AI", "L", "MBP", "O", "U", "WQ", "FV")
+    ],
+    "Rhubarb": [f"mouth_{letter}" for letter in "ABCDEFGHX"],
+    "Daz 8": [f"Genesis8Female__eCTRLv{name}" for name in DAZ],
+    "Daz 3": [f"head__CTRLVSM{name}" for name in DAZ],
+    "Daz 9": ["facs_jnt_JawOpen", "facs_bs_MouthFunnel_div2", "facs_bs_MouthClose_div2"],
+    "MetaHuman": [f"CTRL_expressions_{name}" for name in METAHUMAN],
+    "Unified Expressions": UNIFIED,
+    "Meta": META,
+    "MB-Lab": [
+        f"Expressions_{name}_max"
+        for name in (
+            "mouthOpen",
+            "mouthClosed",
+            "mouthSmileL",
+            "mouthOpenO",
+            "eyeClosedL",
+            "jawOut",
+        )
+    ],
+    "Character Creator 3": [
+        "Open",
+        "Explosive",
+        "Dental_Lip",
+        "Tight-O",
+        "Tight",
+        "Wide",
+        "Affricate",
+    ],
+    "Rocketbox": [
+        f"AA_VI_{n:02}_{each}" for n, each in enumerate(("Sil", "PP", "FF", "aa", "E", "O"))
+    ],
+    "VRChat": [f"vrc.v_{each}" for each in ("sil", "pp", "ff", "th", "aa", "e", "ih", "oh", "ou")],
+    "phones": [
+        f"Phoneme_{each}"
+        for each in [
+            "AA",
+            "AE",
+            "B",
+            "CH",
+            "EH",
+            "F",
+            "IH",
+            "L",
+            "M",
+            "R",
+            "S",
+            "SH",
+            "UW",
+            "W",
+            "Z",
+        ]
+    ],
+    "VRoid 0, she": [f"Face.M_F00_000_00_Fcl_MTH_{each}" for each in "AIUEO"],
+    "VRoid 0, he": [f"Face.M_M00_001_00_Fcl_MTH_{each}" for each in "AIUEO"],
+}
+
+
+@pytest.mark.parametrize("which", SETS)
+@pytest.mark.parametrize("after", ["", ".001", ".001.002"])
+def test_sets_are_known_whole(which, after):
+    names = [f"{name}{after}" for name in SETS[which]]
+    assert [n for n, each in zip(names, meanings_of(names), strict=True) if each is None] == []
+
+
+@pytest.mark.parametrize(
+    ("which", "name", "curves"),
+    [
+        ("Microsoft", "p_b_m_21", PP),
+        ("Microsoft", "l_14", VISEME_SHAPES["nn"]),
+        ("Microsoft by number", "viseme_18", FF),
+        ("Preston Blair", "MBP", PP),
+        ("Preston Blair", "AI", AA),
+        ("Preston Blair", "L", VISEME_SHAPES["nn"]),
+        ("Preston Blair's mouths", "mouth_L", VISEME_SHAPES["nn"]),
+        ("Rhubarb", "mouth_A", PP),
+        ("Rhubarb", "mouth_D", AA),
+        ("Daz 8", "Genesis8Female__eCTRLvM", PP),
+        ("Daz 3", "head__CTRLVSMUW", OU),
+        ("Daz 9", "facs_bs_MouthClose_div2", {"mouthClose": 1}),
+        ("MetaHuman", "CTRL_expressions_mouthLipsTogetherUL", {"mouthClose": 1}),
+        ("MetaHuman", "CTRL_expressions_mouthPressDR", {"mouthPressRight": 1}),
+        ("MetaHuman", "CTRL_expressions_mouthLipsPurseUR", {"mouthPucker": 1}),
+        ("Unified Expressions", "MouthClosed", {"mouthClose": 1}),
+        ("Unified Expressions", "LipSuckLowerLeft", {"mouthRollLower": 1}),
+        ("Meta", "LipFunnelerLB", {"mouthFunnel": 1}),
+        ("Meta", "LipsToward", {"mouthClose": 1}),
+        ("Meta", "LipSuckRT", {"mouthRollUpper": 1}),
+        ("MB-Lab", "Expressions_mouthClosed_max", PP),
+        ("MB-Lab", "Expressions_eyeClosedL_max", {"eyeBlinkLeft": 1}),
+        ("Character Creator 3", "Explosive", PP),
+        ("Character Creator 3", "Open", {"jawOpen": 0.6}),
+        ("Rocketbox", "AA_VI_03_aa", AA),
+        ("VRoid 0, she", "Face.M_F00_000_00_Fcl_MTH_A", AA),
+        ("phones", "Phoneme_F", FF),
+    ],
+)
+def test_what_a_name_of_a_set_says(which, name, curves):
+    meaning = meanings_of(SETS[which])[SETS[which].index(name)]
+    assert meaning is not None and meaning.looks == curves
+
+
+def test_rocketboxs_numbers_stand_before_arkits_names():
+    names = [f"AK_{n:02}_{each[0].upper()}{each[1:]}" for n, each in enumerate(ARKIT_NAMES, 1)]
+    assert [each and each.looks for each in meanings_of(names)] == [{n: 1.0} for n in ARKIT_NAMES]
+    assert looks("AU_26_JawDrop") == {"jawOpen": 1}
+
+
+@pytest.mark.parametrize("name", ["mouthOpen_min", "Expressions_mouthOpen_min", "Open", "Wide"])
+def test_names_that_say_something_else_alone(name):
+    assert looks(name) is None
+
+
+def test_sizes_of_a_shirt_are_no_visemes():
+    assert meanings_of(["S", "M", "L", "XL"]) == [None] * 4
+
+
+def test_which_unknown_names_look_like_a_mouth():
+    for name in (
+        "mouth_weird",
+        "lipCurl",
+        "JawTwist",
+        "Viseme_Q1",
+        "CTRL_expressions_mouthStickyUC",
+    ):
+        assert like_a_mouth(name, visemes=False)
+    for name in ("eclipse", "cape", "Fcl_MTH_Angry", "browZ", "BIG"):
+        assert not like_a_mouth(name, visemes=False)
+    assert like_a_mouth("XQ", visemes=True) and not like_a_mouth("sleeves", visemes=True)
 
 
 def test_presets_of_both_versions_of_vrm():

@@ -70,6 +70,7 @@ def test_one_scan_needs_a_place(sequence_folder: Path, tmp_path: Path):
     refused("capture", "landmarks", scan, "-o", place, says="allowed: .json")
 
 
+@pytest.mark.slow
 def test_a_scan_is_shown_without_its_colours_and_turned_to_the_camera(
     head: HeadModel, scans: list[Scan]
 ):

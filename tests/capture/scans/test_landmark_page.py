@@ -22,7 +22,7 @@ from elocute.capture.scans.scan_file import read_scan, write_scan
 from elocute.errors import CaptureError, OutputError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identities
-from tests.support.browser import headless_browser, open_viewer
+from tests.support.browser import PATIENCE_S, headless_browser, open_viewer
 
 # Where a place of the file's frame is in the window, in pixels.
 SEEN = """
@@ -92,7 +92,7 @@ def saved(browser):
     path = browser.folder / "face.json"
     path.unlink(missing_ok=True)
     browser.find_element(By.ID, "save").click()
-    WebDriverWait(browser, 20).until(lambda _: path.is_file())
+    WebDriverWait(browser, PATIENCE_S).until(lambda _: path.is_file())
     return read_landmarks(path)
 
 
@@ -115,6 +115,7 @@ def test_what_is_clicked_is_what_is_saved(opened, person):
     assert np.quantile(off, 0.9) < 7.0
 
 
+@pytest.mark.slow
 def test_the_ring_lies_where_the_next_landmark_is(opened, person):
     truth = person[2]
     for _ in range(8):
@@ -131,6 +132,7 @@ def test_the_ring_lies_where_the_next_landmark_is(opened, person):
     assert saved(opened).good.sum() == len(KEY_LANDMARKS)
 
 
+@pytest.mark.slow
 def test_a_landmark_is_cleared_and_a_saved_file_is_gone_on_with(opened, person):
     truth = person[2]
     for _ in range(5):
@@ -145,7 +147,7 @@ def test_a_landmark_is_cleared_and_a_saved_file_is_gone_on_with(opened, person):
     ]
     path.write_text(json.dumps({"points": points}), encoding="utf-8")
     opened.find_element(By.ID, "file").send_keys(str(path))
-    WebDriverWait(opened, 20).until(
+    WebDriverWait(opened, PATIENCE_S).until(
         lambda _: opened.execute_script("return elocute.set.size") == len(KEY_LANDMARKS)
     )
     assert (
@@ -159,7 +161,7 @@ def test_a_file_without_landmarks_is_told(opened):
     path.write_text('{"points": [1, 2]}', encoding="utf-8")
     opened.find_element(By.ID, "file").send_keys(str(path))
     told = opened.find_element(By.ID, "count")
-    WebDriverWait(opened, 20).until(lambda _: "holds no landmarks" in told.text)
+    WebDriverWait(opened, PATIENCE_S).until(lambda _: "holds no landmarks" in told.text)
 
 
 def test_nothing_is_fetched_and_nothing_is_wrong(opened):

@@ -83,6 +83,7 @@ def test_rough_landmarks_lead_to_the_place_and_not_away_from_it(
     assert correspondence_mm(head, found.vertices, stage.truth(3).posed)["lips"] < 2.0
 
 
+@pytest.mark.slow
 def test_a_scan_that_shows_no_face_is_lost(
     stage: ScanSimulator, scans: list[Scan], neutral: tuple[Template, Registration]
 ):
@@ -128,6 +129,7 @@ def test_adaptive_template_shows_the_landmarks_expression(
     assert after < 0.5 * before and coefficients.shape == (len(template.basis),)
 
 
+@pytest.mark.slow
 def test_nonrigid_icp_wins_by_the_adaptive_template(
     head: HeadModel, stage: ScanSimulator, scans: list[Scan], neutral: tuple[Template, Registration]
 ):

@@ -74,6 +74,7 @@ def test_lips_that_are_joined_already_stay(head):
     assert np.abs(joined_lips(head, points) - points).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_scan_without_a_face_is_told(scans):
     ball = scans[0]
     round_points = ball.points / np.linalg.norm(ball.points, axis=1, keepdims=True) * 0.1

@@ -90,6 +90,7 @@ def test_a_second_run_makes_nothing_again(
     assert result.flagged == (3, 4) and open_corpus(output / "corpus").frame_count == 6
 
 
+@pytest.mark.slow
 def test_two_processes_find_what_one_finds(
     captured: tuple[Path, list[SequenceResult]], spoiled: Path, tmp_path: Path
 ):
@@ -111,6 +112,7 @@ def _bits(output: Path) -> dict[str, bytes]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [1, 3])
 def test_an_interrupted_run_comes_to_the_very_same(
     captured: tuple[Path, list[SequenceResult]], spoiled: Path, tmp_path: Path, after: int
@@ -136,6 +138,7 @@ def _kill_workers(stop: threading.Event, times: float) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [1, float("inf")])
 def test_a_killed_worker_is_replaced_or_its_sequence_is_told(
     captured: tuple[Path, list[SequenceResult]], spoiled: Path, tmp_path: Path, times: float
@@ -318,6 +321,7 @@ def by_nicp(
     return found
 
 
+@pytest.mark.slow
 def test_nonrigid_icp_makes_a_corpus_too(
     by_nicp: dict[str, tuple[Path, SequenceResult]], stage: ScanSimulator
 ):
@@ -336,6 +340,7 @@ def test_nonrigid_icp_makes_a_corpus_too(
         pytest.xfail(f"{apart['adaptive']:.2f} mm on lips of human height; 2.5 is wanted")
 
 
+@pytest.mark.slow
 def test_frames_of_another_method_are_made_again(
     by_nicp: dict[str, tuple[Path, SequenceResult]], sequence_folder: Path, tmp_path: Path
 ):

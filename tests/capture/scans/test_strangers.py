@@ -117,6 +117,7 @@ def test_a_resting_face_has_no_gaze_and_no_tongue(
     assert weights[unseen].max() < 0.01 and weights.max() < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [(0, 0.5, 0), (0, 1.6, 0), (0, 3.14, 0), (1.2, 0.7, -2)])
 def test_every_orientation_gives_the_same_face(
     head: HeadModel,
@@ -174,6 +175,7 @@ def halved(case: Case) -> Case:
     return replace(case, scan=checked_scan(replace(case.scan, triangles=kept))[0])
 
 
+@pytest.mark.slow
 def test_half_a_face_is_no_face(head: HeadModel, stranger: Case):
     case = halved(stranger)
     with_marks = register_neutral(head, case.scan, case.landmarks)[1]
@@ -202,6 +204,7 @@ def test_limits_go_with_the_noise(head: HeadModel, noise_mm: float, limit_mm: fl
     assert (found.surface.face_median > 0.6) is (noise_mm > 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [(0, 0, 3.1), (1.5, 0, 0), (-0.4, 2.6, 1.0)])
 def test_a_face_is_found_without_landmarks(
     head: HeadModel, stranger: Case, turn: tuple[float, float, float]
@@ -222,6 +225,7 @@ def test_a_face_cut_out_is_found_without_landmarks_or_told_lost(head: HeadModel,
         pytest.xfail(f"{apart:.1f} mm off and not told as lost; 6 is wanted")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", range(3))
 @pytest.mark.parametrize("frame", range(3))
 def test_a_face_laid_over_a_wrong_place_is_lost(

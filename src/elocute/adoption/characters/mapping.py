@@ -14,7 +14,13 @@ import numpy as np
 
 from elocute.adoption.characters.heads_in_file import HeadPart
 from elocute.adoption.characters.joint_names import joint_of
-from elocute.adoption.characters.shape_names import Meaning, meanings_of, nearest_name, vrm_meaning
+from elocute.adoption.characters.shape_names import (
+    Meaning,
+    like_a_mouth,
+    meanings_of,
+    nearest_name,
+    vrm_meaning,
+)
 from elocute.adoption.characters.vrm import Vrm
 from elocute.articulation.phone_targets import curve_names
 from elocute.export.shape_profiles import NEAREST
@@ -58,6 +64,8 @@ class Candidate:
         Whether all are known to move nothing.
     switch : bool
         Whether it is only ever off or on.
+    overrides : dict of str to str
+        What it takes away of others.
     """
 
     name: str
@@ -65,6 +73,7 @@ class Candidate:
     binds: tuple[tuple[int, int, float], ...]
     still: bool = False
     switch: bool = False
+    overrides: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass
@@ -81,6 +90,8 @@ class Mapping:
         Why a name that is known takes nothing.
     unknown : dict of str
         The nearest known name, "" for none, by a name that is not known.
+    of_mouth : list of str
+        Names that are not known and look like a mouth's.
     """
 
     controls: list[Control] = field(default_factory=list)
@@ -88,6 +99,7 @@ class Mapping:
     mouth: str = "none"
     idle: dict[str, str] = field(default_factory=dict)
     unknown: dict[str, str] = field(default_factory=dict)
+    of_mouth: list[str] = field(default_factory=list)
 
 
 def map_character(
@@ -174,11 +186,14 @@ def _from_names(parts: Sequence[HeadPart], mapping: Mapping) -> dict[str, Candid
     meshes = {part.mesh.mesh: part.mesh for part in parts}
     for mesh in meshes.values():
         own: dict[str, list[tuple[int, Meaning]]] = {}
-        for target, meaning in enumerate(meanings_of(mesh.targets)):
+        meanings = meanings_of(mesh.targets)
+        visemes = any(each is not None and each.family == "viseme" for each in meanings)
+        for target, meaning in enumerate(meanings):
             name = mesh.targets[target]
             if meaning is None:
                 if name and name not in mapping.unknown:
                     mapping.unknown[name] = nearest_name(name) or ""
+                    mapping.of_mouth += [name] if like_a_mouth(name, visemes) else []
             elif not meaning.looks:
                 mapping.idle[name] = "the mouth at rest"
             else:
@@ -217,7 +232,10 @@ def _from_vrm(vrm: Vrm | None, parts: Sequence[HeadPart]) -> dict[str, Candidate
             continue
         still = all(meshes[mesh].still[target] for mesh, target, _ in binds)
         found.setdefault(
-            meaning.key, Candidate(expression.name, meaning, binds, still, expression.switch)
+            meaning.key,
+            Candidate(
+                expression.name, meaning, binds, still, expression.switch, expression.overrides
+            ),
         )
     return found
 
@@ -229,7 +247,10 @@ def _chosen(
     if not expressions or _covered(morphs.values()) >= SPEECH:
         for each in expressions.values():
             mapping.idle.setdefault(each.name, "ARKit's shapes are there")
-        return list(morphs.values())
+        return [
+            replace(each, overrides=expressions[key].overrides) if key in expressions else each
+            for key, each in morphs.items()
+        ]
     bound = {bind[:2] for each in expressions.values() for bind in each.binds}
     rest = []
     for key, each in morphs.items():
@@ -265,7 +286,7 @@ def _shared(moving: list[Candidate], by_joint: list[Control], mapping: Mapping) 
         looks = each.meaning.looks
         alone = _is_single(looks) or (set(looks.values()) == {1.0} and single.isdisjoint(looks))
         shares = {curve: 1 / len(looks) for curve in looks} if alone else {}
-        taken.append(Control(each.name, looks, each.binds, shares, each.switch))
+        taken.append(Control(each.name, looks, each.binds, shares, each.switch, each.overrides))
     taken += by_joint
     whole = {curve for control in taken if control.shares for curve in control.looks}
     mouth = [control for control in taken if _moves_mouth(control)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from elocute.adoption.characters.heads_in_file import HeadPart, choose_head
 from elocute.adoption.characters.mapping import Mapping, facing_deg, head_joints, map_character
 from elocute.adoption.characters.morphs import MorphMesh, morph_meshes
 from elocute.adoption.characters.shape_names import meanings_of
+from elocute.adoption.characters.still_parts import still_parts
 from elocute.adoption.characters.vrm import Vrm, read_vrm
 from elocute.errors import HeadError
 from elocute.files.gltf_document import GltfDocument, read_gltf
@@ -18,6 +20,8 @@ from elocute.head.character import Character
 from elocute.head.model import HeadModel
 from elocute.motion.control_fit import is_of_mouth
 
+TOLD = 6
+"""Names that a note has."""
 REMEDY = "export it with its shape keys, named as ARKit, Oculus or VRM names them"
 
 
@@ -33,11 +37,14 @@ class OpenedCharacter:
         What takes what, and what is left.
     meshes : tuple of MorphMesh
         The meshes of its head.
+    still : tuple of str
+        Eyes, teeth and tongues that nothing moves.
     """
 
     character: Character
     mapping: Mapping
     meshes: tuple[MorphMesh, ...]
+    still: tuple[str, ...] = ()
 
 
 def open_character(path: str | Path, mesh: str | None = None) -> OpenedCharacter:
@@ -87,6 +94,7 @@ def character_of(document: GltfDocument, path: Path, mesh: str | None = None) ->
         found = f"no shape that moves a mouth ({known[:200]})"
         raise HeadError.about(path, found=found, allowed="shapes of a mouth", remedy=REMEDY)
     moved = {bind[0] for control in mapping.controls for bind in control.binds}
+    still = still_parts(document, tree, moved, mapping.turns) if mesh is None else []
     character = Character(
         path.name[:200],
         document,
@@ -94,9 +102,22 @@ def character_of(document: GltfDocument, path: Path, mesh: str | None = None) ->
         tuple(mapping.controls),
         tuple(mapping.turns),
         facing_deg(tree, joints, vrm),
+        tuple(_notes(path.name[:200], mapping, still)),
     )
     heads = tuple({part.mesh.mesh: part.mesh for part in chosen}.values())
-    return OpenedCharacter(character, mapping, heads)
+    return OpenedCharacter(character, mapping, heads, tuple(still))
+
+
+def _notes(name: str, mapping: Mapping, still: list[str]) -> Iterator[str]:
+    """What to know before it speaks. A mouth that takes the curves as they are needs no more."""
+    unknown = mapping.of_mouth
+    if mapping.mouth == "fitted" and unknown:
+        told = ", ".join(unknown[:TOLD]) + (", …" if len(unknown) > TOLD else "")
+        found = f"{len(unknown)} shapes look like a mouth's and are not known"
+        yield f"{name}: {found} ({told}): nothing moves them; `elocute info` lists all"
+    if still:
+        told = ", ".join(still[:TOLD]) + (", …" if len(still) > TOLD else "")
+        yield f"{name}: {told} without shapes and joints that move: as they are throughout"
 
 
 def character_head(character: Character) -> HeadModel:

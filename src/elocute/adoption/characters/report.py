@@ -43,6 +43,8 @@ def character_record(opened: OpenedCharacter) -> dict[str, Any]:
         "facing_deg": round(character.facing_deg, 1),
         "idle": mapping.idle,
         "unknown": mapping.unknown,
+        "still": list(opened.still),
+        "notes": list(character.notes),
         "missing": [name for name in ARKIT_NAMES if name not in taken],
     }
 
@@ -76,6 +78,8 @@ def report_lines(record: dict[str, Any]) -> Iterable[str]:
     yield from _listed("idle", {n: f" ({why})" for n, why in record["idle"].items()})
     meant = {n: f" (near {near})" if near else "" for n, near in record["unknown"].items()}
     yield from _listed("unknown", meant)
+    if record["still"]:
+        yield _line("still", ", ".join(record["still"]) + ": without shapes and joints that move")
     yield _line("missing", ", ".join(record["missing"]) or "none of ARKit's")
 
 

@@ -9,6 +9,8 @@ from elocute.adoption.characters.joint_names import VRM_BONES
 from elocute.files.gltf_document import GltfDocument
 from elocute.files.json_records import finite_number
 
+OVERRIDDEN = ("blink", "lookAt", "mouth")
+"""What an expression of a VRM 1.0 may take away of others."""
 RANGES = {
     "In": ("rangeMapHorizontalInner", "lookAtHorizontalInner"),
     "Out": ("rangeMapHorizontalOuter", "lookAtHorizontalOuter"),
@@ -31,12 +33,15 @@ class Expression:
         Mesh, morph target and its weight where the expression is at one.
     switch : bool
         Whether it is only ever off or on.
+    overrides : dict of str to str
+        "block" or "blend" by what it takes away: "blink", "lookAt", "mouth".
     """
 
     name: str
     preset: bool
     binds: tuple[tuple[int, int, float], ...]
     switch: bool
+    overrides: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -96,7 +101,12 @@ def _version_1(document: GltfDocument, vrm: dict[str, Any]) -> Vrm:
                 if _is_index(node, len(nodes)) and "mesh" in nodes[node]:
                     binds.append((nodes[node]["mesh"], bind.get("index"), bind.get("weight"), 1.0))
             switch = expression.get("isBinary") is True
-            found.append((str(name)[:200], kind == "preset", binds, switch))
+            overrides = {
+                what: str(expression.get(f"override{what[0].upper()}{what[1:]}"))
+                for what in OVERRIDDEN
+                if expression.get(f"override{what[0].upper()}{what[1:]}") in ("block", "blend")
+            }
+            found.append((str(name)[:200], kind == "preset", binds, switch, overrides))
     bones = _record(_record(vrm.get("humanoid")).get("humanBones"))
     joints = {name: _record(bone).get("node") for name, bone in bones.items()}
     look = _record(vrm.get("lookAt"))
@@ -117,7 +127,7 @@ def _version_0(document: GltfDocument, vrm: dict[str, Any]) -> Vrm:
             (bind.get("mesh"), bind.get("index"), bind.get("weight"), 0.01)  # in hundredths
             for bind in _records(group.get("binds"))
         ]
-        found.append((str(name)[:200], known, binds, group.get("isBinary") is True))
+        found.append((str(name)[:200], known, binds, group.get("isBinary") is True, {}))
     bones = _records(_record(vrm.get("humanoid")).get("humanBones"))
     joints = {str(bone.get("bone")): bone.get("node") for bone in bones}
     look = _record(vrm.get("firstPerson"))
@@ -130,14 +140,14 @@ def _version_0(document: GltfDocument, vrm: dict[str, Any]) -> Vrm:
 def _vrm(
     document: GltfDocument,
     version: int,
-    found: list[tuple[str, bool, list[Any], bool]],
+    found: list[tuple[str, bool, list[Any], bool, dict[str, str]]],
     joints: dict[str, Any],
     by_joints: bool,
     gaze: dict[str, float],
 ) -> Vrm:
     meshes, count = document.records("meshes"), len(document.records("nodes"))
     expressions = []
-    for name, preset, given, switch in found:
+    for name, preset, given, switch, overrides in found:
         binds = []
         for mesh, target, weight, scale in given:
             share = finite_number(weight)
@@ -146,7 +156,7 @@ def _vrm(
             if _is_index(target, len(meshes[mesh]["primitives"][0].get("targets", []))):
                 binds.append((mesh, target, share * scale))
         if binds:
-            expressions.append(Expression(name, preset, tuple(binds), switch))
+            expressions.append(Expression(name, preset, tuple(binds), switch, overrides))
     known = {
         VRM_BONES[name]: node
         for name, node in joints.items()

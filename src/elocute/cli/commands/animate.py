@@ -77,6 +77,8 @@ def animate_command(
     ),
     settings: TakeSettings = options_of_takes(),
     channel: int | None = options.Channel,
+    track: int | None = options.Track,
+    partial: bool = options.Partial,
     phones: Path | None = known_speech_options.Phones,
     phone_set: str = known_speech_options.PhoneSet,
     tier: str = known_speech_options.Tier,
@@ -100,6 +102,7 @@ def animate_command(
     created if need be. The folder of an output file has to exist. A table, and folders with --jobs
     or --ray, are resumed where they were cut off: takes that are made are left.
     """
+    taken = {"channel": channel, "track": track, "partial": partial}
     speech = speech or []
     check_pipes(speech, output, format, as_json)
     check_edits(settings)
@@ -113,7 +116,7 @@ def animate_command(
             one_folder(output),
             table,
             formats,
-            {**settings, "channel": channel},
+            {**settings, **taken},
             format_settings,
             overwrite,
             no_clobber,
@@ -129,7 +132,7 @@ def animate_command(
             folder,
             None,
             formats,
-            {**settings, "channel": channel},
+            {**settings, **taken},
             format_settings,
             overwrite,
             no_clobber,
@@ -153,7 +156,7 @@ def animate_command(
         for target in targets:
             if target != PIPE:
                 plan_motion(plan, target, source, sound=file, format_settings=format_settings)
-    settings = {**settings, "channel": channel, **known.read(takes[0].file)}
+    settings = {**settings, **taken, **known.read(takes[0].file)}
     if nothing_to_do(plan, overwrite, no_clobber, as_json) and PIPE not in output:
         return
     outputs = TakeOutputs(plan, format, format_settings, as_json)

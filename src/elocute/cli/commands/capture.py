@@ -20,6 +20,7 @@ from elocute.cli.scans import known_landmarks, need_scipy
 from elocute.cli.settings_options import option, options_of
 from elocute.errors import InputError
 from elocute.files.output_plan import OutputPlan
+from elocute.numerics.frame_rates import frame_rate
 
 if TYPE_CHECKING:
     from elocute.capture.registration.register import Registration
@@ -220,7 +221,7 @@ def simulate_command(
     speech: Path = typer.Argument(..., help="Sound file of the speech."),
     output: Path = typer.Option(..., "-o", "--output", help="A new folder of scans."),
     identity: str = options.Identity,
-    fps: float = typer.Option(60.0, help="Scans per second."),
+    fps: float = typer.Option(60.0, help="Scans per second.", parser=frame_rate, metavar="RATE"),
     seconds: float | None = typer.Option(
         None, min=0.05, help="Scan only this many seconds from the start."
     ),

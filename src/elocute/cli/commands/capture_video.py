@@ -17,6 +17,7 @@ from elocute.cli.outputs import nothing_to_do, plan_motion, write_motions
 from elocute.cli.progress import progress_bar
 from elocute.errors import CaptureError, OutputError
 from elocute.files.output_plan import OutputPlan
+from elocute.numerics.frame_rates import frame_rate
 
 if TYPE_CHECKING:
     from elocute.capture.video.video_to_motion import VideoCapture
@@ -34,7 +35,10 @@ def video_command(
         None, help="Which face, where there are several: left, right, or its number from the left."
     ),
     fps: float | None = typer.Option(
-        None, help="Frames per second; by default the video's own, or 60 for a corpus."
+        None,
+        help="Frames per second; by default the video's own, or 60 for a corpus.",
+        parser=frame_rate,
+        metavar="RATE",
     ),
     identity: str = typer.Option(
         OWN, help="Identity of the face: own (the person's), a name, a seed, or a .json file."

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from elocute.cli import options
+from elocute.cli import motion_inputs, options
 from elocute.cli.outputs import check_file_suffix, nothing_to_do
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, OutputError
@@ -21,7 +21,7 @@ STANDARDS = ("arkit", "oculus", "vrm", "flame")
 
 
 def convert_command(
-    motion: Path = typer.Argument(..., help="A motion (.npz) that `animate` or `solve` wrote."),
+    motion: Path = typer.Argument(..., help=motion_inputs.HELP),
     to: str = typer.Option(
         ...,
         help="arkit (its 52 shapes), oculus (fifteen visemes), vrm (expressions of VRM 1.0), or "
@@ -30,7 +30,10 @@ def convert_command(
     output: Path = typer.Option(
         ..., "-o", "--output", help="Curves (.csv, .json); FLAME's parameters (.npz)."
     ),
-    flame: Path | None = typer.Option(None, help="The FLAME model (.pkl), for `flame`."),
+    flame: Path | None = typer.Option(
+        None, help="The FLAME model (.pkl), for `flame` and of FLAME's parameters."
+    ),
+    input_fps: float | None = motion_inputs.InputFps,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -43,7 +46,8 @@ def convert_command(
     """
     if to not in STANDARDS:
         raise InputError.about("--to", found=repr(to), allowed=", ".join(STANDARDS))
-    if (flame is not None) != (to == "flame"):
+    parameters = motion_inputs.are_flame(motion)
+    if (flame is not None) != (to == "flame" or parameters):
         raise InputError.about(
             "--flame", found=f"{'given' if flame else 'missing'} with {to}", allowed="for flame"
         )
@@ -55,13 +59,13 @@ def convert_command(
     plan.add(output, motion)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
-    from elocute.motion.store import load_motion
-
-    given = load_motion(motion)
+    given = motion_inputs.open_given(
+        motion, as_json, flame=flame if parameters else None, input_fps=input_fps
+    )
     with plan.writing(output):
         frames, median, most = (
             _to_curves(given, to, output)
-            if flame is None
+            if flame is None or to != "flame"
             else _to_flame(given, flame, output, as_json)
         )
     if as_json:

@@ -17,6 +17,7 @@ from elocute.cli.name_lists import read_names
 from elocute.cli.outputs import nothing_to_do
 from elocute.cli.progress import progress_bar
 from elocute.files.output_plan import OutputPlan
+from elocute.numerics.frame_rates import frame_rate
 
 if TYPE_CHECKING:
     from elocute.corpus.corpus_checks import Finding
@@ -94,6 +95,8 @@ def convert_command(
         None,
         help="Frames per second of the format folder (by default from its sounds), or to convert "
         "grid to (60).",
+        parser=frame_rate,
+        metavar="RATE",
     ),
     units: str | None = typer.Option(
         None,

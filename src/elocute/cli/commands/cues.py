@@ -10,7 +10,11 @@ import typer
 from elocute.cli import known_speech_options, options
 from elocute.cli.known_speech_options import KnownSpeechOptions
 from elocute.cli.outputs import check_file_suffix, nothing_to_do
+from elocute.errors import InputError
 from elocute.files.output_plan import OutputPlan
+from elocute.numerics.frame_rates import frame_rate
+
+FPS = (1.0, 240.0)
 
 
 def cues_command(
@@ -25,7 +29,9 @@ def cues_command(
     basic: bool = typer.Option(
         False, "--basic", help="Use shapes A to F alone, for characters without G, H and X."
     ),
-    fps: float = typer.Option(24.0, min=1.0, max=240.0, help="Frames per second of a .dat."),
+    fps: float = typer.Option(
+        24.0, help="Frames per second of a .dat.", parser=frame_rate, metavar="RATE"
+    ),
     phones: Path | None = known_speech_options.Phones,
     phone_set: str = known_speech_options.PhoneSet,
     tier: str = known_speech_options.Tier,
@@ -34,6 +40,8 @@ def cues_command(
     text_file: Path | None = known_speech_options.TextFile,
     language: str = known_speech_options.Language,
     channel: int | None = options.Channel,
+    track: int | None = options.Track,
+    partial: bool = options.Partial,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -42,6 +50,8 @@ def cues_command(
     from elocute.audio.mouth_cue_files import WRITERS, CueSheet, write_cues
     from elocute.audio.mouth_cues import mouth_cues
 
+    if not FPS[0] <= fps <= FPS[1]:
+        raise InputError.about("--fps", found=f"{fps:g}", allowed=f"{FPS[0]:g} to {FPS[1]:g}")
     known = KnownSpeechOptions(phones, phone_set, text, text_file, language, tier, speaker)
     known.check(single=True)
     plan = OutputPlan(known.files)
@@ -50,7 +60,7 @@ def cues_command(
         plan.add(path, sound)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
-    found = known.find_phones(sound, channel)
+    found = known.find_phones(sound, channel=channel, track=track, partial=partial)
     sheet = CueSheet(
         mouth_cues(found, basic=basic), found.words, known.written_text, sound.name, fps
     )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from elocute.cli import options
+from elocute.cli import motion_inputs, options
 from elocute.cli.format_options import FormatSettings, check_format_settings, options_of_formats
 from elocute.cli.keyframes import parse_list, parse_numbers, split_keyframes
 from elocute.cli.outputs import nothing_to_do, plan_motion, write_motions
@@ -33,7 +33,7 @@ _AXES = "+x nods, +y turns to the head's own left, +z tilts to its right."
 
 
 def edit_command(
-    motion: Path = typer.Argument(..., help="A motion (.npz) that `animate` wrote."),
+    motion: Path = typer.Argument(..., help=motion_inputs.HELP),
     output: list[Path] = options.Output,
     edit_list: Path | None = options.Edits,
     neck: str | None = typer.Option(None, help=f"Turn the neck, {_TURN}. {_AXES}"),
@@ -58,8 +58,11 @@ def edit_command(
     head: str | None = typer.Option(
         None,
         help="The head's file (a FLAME .pkl), for --identity: a stored motion leaves the "
-        "identities of other heads than the built-in one behind.",
+        "identities of other heads than the built-in one behind. Of curves: the head that moves.",
     ),
+    mesh: str | None = options.Mesh,
+    flame: Path | None = motion_inputs.FlameModel,
+    input_fps: float | None = motion_inputs.InputFps,
     identity: str | None = typer.Option(
         None, help="Change the face: a name, a seed, or a .json file."
     ),
@@ -75,7 +78,7 @@ def edit_command(
         None, "--from", help="Start of the part to keep, in seconds."
     ),
     stop: float | None = typer.Option(None, "--to", help="End of the part to keep, in seconds."),
-    fps: float | None = typer.Option(None, help="Resample to this frame rate."),
+    fps: float | None = options.Resampled,
     sound: Path | None = typer.Option(
         None,
         "--sound",
@@ -92,13 +95,12 @@ def edit_command(
     An edit list is applied first, the options after it. All times are those of the input, or of
     what an edit list with new times makes of it.
     """
-    from elocute.motion.store import load_motion
-
+    stored = motion.suffix.lower() == ".npz" and flame is None
     faces = [identity] if identity else _faces_over_time(identity_over_time)
-    if head is not None and not faces:
+    if head is not None and not faces and stored:
         raise InputError.about("--head", found="no --identity", allowed="with --identity")
     listed = None if edit_list is None else _listed(edit_list)
-    plan = OutputPlan([*faces, *(each for each in (head, edit_list) if each)])
+    plan = OutputPlan([*faces, *(each for each in (head, edit_list, flame) if each)])
     check_format_settings(output, format_settings)
     for target in output:
         plan_motion(
@@ -112,7 +114,14 @@ def edit_command(
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     targets = plan.wanted(output)
-    edited = load_motion(motion)
+    edited = motion_inputs.open_given(
+        motion,
+        as_json,
+        head=None if stored else head,
+        mesh=mesh,
+        flame=flame,
+        input_fps=input_fps,
+    )
     if listed is not None:
         edited = edited.edited(listed)
     space = _identity_space(edited, head) if faces else None

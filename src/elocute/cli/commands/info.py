@@ -14,12 +14,14 @@ from elocute.cli.characters import print_character
 from elocute.errors import HeadError
 from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 
+CURVE_SUFFIXES = (".csv", ".json", ".jsonl", ".npy")
+
 
 def info_command(
     file: Path = typer.Argument(
         ...,
-        help="A sound, a video, a motion (.npz), curves (.json), or a character (.glb, .gltf, "
-        ".vrm, .fbx).",
+        help="A sound, a video, a motion (.npz), curves (.csv, .json, .npy), or a character "
+        "(.glb, .gltf, .vrm, .fbx).",
     ),
     mesh: str | None = options.Mesh,
     as_json: bool = options.Json,
@@ -31,13 +33,16 @@ def info_command(
     if mesh is not None:
         allowed = f"for {', '.join(CHARACTER_SUFFIXES)}"
         raise HeadError.about("--mesh", found=repr(mesh), allowed=allowed)
-    facts = {".npz": _motion_facts, ".json": _curve_facts}.get(file.suffix.lower(), _sound_facts)
+    facts = {".npz": _motion_facts}.get(file.suffix.lower(), _sound_facts)
+    if file.suffix.lower() in CURVE_SUFFIXES:
+        facts = _curve_facts
     record = facts(file)
     if as_json:
         print(json.dumps(record))
         return
     for name, value in record.items():
-        print(f"{name:12} {value}")
+        told = "; ".join(value) if isinstance(value, list) else value
+        print(f"{name:12} {told}")
 
 
 def _motion_facts(file: Path) -> dict[str, Any]:
@@ -61,9 +66,10 @@ def _motion_facts(file: Path) -> dict[str, Any]:
 
 
 def _curve_facts(file: Path) -> dict[str, Any]:
-    from elocute.export.curves_json import read_json_curves
+    from elocute.export.curve_files import read_curves
 
-    curves = read_json_curves(file)
+    found = read_curves(file)
+    curves = found.curves
     moving = [name for name in curves.names if curves[name].any()]
     return {
         "file": str(file),
@@ -73,10 +79,15 @@ def _curve_facts(file: Path) -> dict[str, Any]:
         "duration_s": round(len(curves.values) / curves.fps, 4),
         "curves": len(curves.names),
         "moving": ", ".join(moving) or "none",
+        **({"notes": "; ".join(found.notes)} if found.notes else {}),
     }
 
 
 def _sound_facts(file: Path) -> dict[str, Any]:
     from elocute.audio.read import probe_audio
 
-    return {"file": str(file), "kind": "sound", **asdict(probe_audio(file))}
+    record = asdict(probe_audio(file))
+    tracks = record.pop("tracks")
+    if tracks:
+        record["tracks"] = [f"{number}: {told}" for number, told in enumerate(tracks)]
+    return {"file": str(file), "kind": "sound", **record}

@@ -29,6 +29,8 @@ def phones_command(
     text_file: Path | None = known_speech_options.TextFile,
     language: str = known_speech_options.Language,
     channel: int | None = options.Channel,
+    track: int | None = options.Track,
+    partial: bool = options.Partial,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -44,7 +46,7 @@ def phones_command(
         plan.add(path, sound)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
-    found = known.find_phones(sound, channel)
+    found = known.find_phones(sound, channel=channel, track=track, partial=partial)
     written = plan.wanted(output)
     for path in written:
         with plan.writing(path):

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
-from elocute.cli import options
+from elocute.cli import motion_inputs, options
 from elocute.cli.format_options import FormatSettings, check_format_settings, options_of_formats
 from elocute.cli.outputs import (
     nothing_to_do,
@@ -17,31 +16,32 @@ from elocute.cli.outputs import (
 )
 from elocute.files.output_plan import OutputPlan
 
-if TYPE_CHECKING:
-    from elocute.motion.motion import Motion
-
 
 def render_command(
-    motion: Path = typer.Argument(
-        ..., help="A motion (.npz) or curves (.json) that `animate` wrote."
-    ),
+    motion: Path = typer.Argument(..., help=motion_inputs.HELP),
     output: list[Path] = options.Output,
     audio: Path | None = typer.Option(None, help="Sound that belongs to the motion."),
-    fps: float | None = typer.Option(None, help="Resample to this frame rate."),
+    fps: float | None = options.Resampled,
+    head: str | None = motion_inputs.PlayedOn,
+    mesh: str | None = options.Mesh,
+    flame: Path | None = motion_inputs.FlameModel,
+    input_fps: float | None = motion_inputs.InputFps,
     format_settings: FormatSettings = options_of_formats(),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Convert a stored motion to video, glTF, HTML, meshes, curves or pictures."""
-    plan = OutputPlan()
+    """Convert a motion to video, glTF, HTML, meshes, curves or pictures, on any head."""
+    plan = OutputPlan([each for each in (head, flame) if each])
     check_format_settings(output, format_settings)
     for target in output:
         plan_motion(plan, target, motion, sound=audio, format_settings=format_settings)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     targets = plan.wanted(output)
-    loaded = _load(motion)
+    loaded = motion_inputs.open_given(
+        motion, as_json, head=head, mesh=mesh, flame=flame, input_fps=input_fps
+    )
     if fps is not None:
         loaded = loaded.at_fps(fps)
     write_motions(
@@ -56,19 +56,3 @@ def render_command(
     if as_json:
         record = {"input": str(motion), "outputs": [str(target) for target in targets]}
         print(json.dumps(record | {"frames": loaded.frame_count, "fps": loaded.fps}))
-
-
-def _load(path: Path) -> Motion:
-    """A motion; curves move the built-in head in its look. Raises MotionError."""
-    from dataclasses import replace
-
-    from elocute.export.curves_json import read_json_curves, read_json_rotations
-    from elocute.head.looks import person
-    from elocute.motion.curves import motion_from_curves
-    from elocute.motion.store import load_motion
-
-    if path.suffix.lower() != ".json":
-        return load_motion(path)
-    head = person("mean")
-    turns = read_json_rotations(path, head.joint_names)
-    return replace(motion_from_curves(head, read_json_curves(path)), rotations=turns)

@@ -14,6 +14,7 @@ from elocute.cli.outputs import nothing_to_do, warn_of_silence
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, MotionError
 from elocute.files.output_plan import OutputPlan
+from elocute.numerics.frame_rates import frame_rate
 
 if TYPE_CHECKING:
     from elocute.files.array_file import ArrayFile
@@ -48,7 +49,9 @@ def solve_command(
     identity: str | None = typer.Option(
         None, help="Identity of the built-in head to solve for: a name, a seed, or a .json file."
     ),
-    fps: float = typer.Option(60.0, help="Frames per second of a .npy."),
+    fps: float = typer.Option(
+        60.0, help="Frames per second of a .npy.", parser=frame_rate, metavar="RATE"
+    ),
     bounded: bool = typer.Option(False, help="Keep weights between 0 and 1."),
     zero_pose: bool = typer.Option(False, help="Solve for shapes alone, without joint rotations."),
     regularisation: float = typer.Option(

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 OF_STUDY = ("trials", "stimuli", "comparisons", "margin", "confidence")
 """What a plan takes from a study, where there is one and they are not given."""
 StudyFile = typer.Argument(..., help="A study's folder, or its file (study.toml).")
+StudyData = typer.Option(None, help="Where the names in the file begin; by default its own folder.")
 
 
 def report_command(
@@ -49,7 +50,7 @@ def report_command(
     from elocute.study.report_files import check_place, write_report
 
     check_place(output, overwrite)
-    design, served = known_design(study)
+    design, served = known_design(study, elsewhere=True)
     table, digest = _answers(study, answers, database, design)
     report = make_report(design, table, served_sha256=served, answers_sha256=digest)
     files = write_report(report, output, overwrite=overwrite)
@@ -110,6 +111,7 @@ def plan_command(
     comparisons: int | None = option(Plan, "comparisons", default=None),
     margin: float | None = option(Plan, "margin", default=None),
     confidence: float | None = option(Plan, "confidence", default=None),
+    data: Path | None = StudyData,
     as_json: bool = options.Json,
 ) -> None:
     """Say how many people a preference needs to be found, by simulated studies.
@@ -128,9 +130,11 @@ def plan_command(
         "confidence": confidence,
     }
     given = {name: value for name, value in of_study.items() if value is not None}
+    if study is None and data is not None:
+        raise StudyError.about("--data", found="no study beside it", allowed="both, or neither")
     if study is not None:
         others = {name: value for name, value in asdict(plan).items() if name not in of_study}
-        plan = plan_for(known_design(study)[0], **others, **given)
+        plan = plan_for(known_design(study, data)[0], **others, **given)
     else:
         plan = replace(plan, **given)
     found = plan_study(plan)
@@ -175,10 +179,7 @@ def simulate_command(
         "or 50 points, where none is given. With --raters, of conditions not to be looked at, and "
         "0 is a face with nothing to blame.",
     ),
-    data: Path | None = typer.Option(
-        None,
-        help="With --raters, where the names in the file begin; by default its own folder.",
-    ),
+    data: Path | None = StudyData,
     crowd: Crowd = options_of(Crowd, without=("levels",)),
     seed: int = typer.Option(0, min=0, help="Of people, stimuli and answers."),
     overwrite: bool = options.Overwrite,
@@ -191,12 +192,15 @@ def simulate_command(
     from elocute.cli.outputs import check_file_suffix, plan_files
     from elocute.study.answers import SUFFIXES, write_answers
     from elocute.study.crowd import crowd_answers, seats_of
+    from elocute.study.design_file import read_design
     from elocute.study.manifest import known_design
+    from elocute.study.sources import has_patterns
 
     check_file_suffix(output, *SUFFIXES)
-    if data is not None and not raters:
-        raise StudyError.about("--data", found="no --raters beside it", allowed="both, or neither")
-    design, _ = known_design(study)
+    design, _ = known_design(study, data)
+    if data is not None and not raters and not has_patterns(read_design(study)):
+        allowed = "--raters, or a study with a pattern of sounds (ours/*.mp4)"
+        raise StudyError.about("--data", found="no --raters beside it", allowed=allowed)
     levels = _levels(level or [], [each.name for each in design.judged])
     crowd = replace(crowd, levels=levels)
     plan = plan_files([study], [output], overwrite, no_clobber)

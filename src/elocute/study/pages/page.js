@@ -163,16 +163,57 @@ function end(title, text, more = []) {
   ui.page(title, [ui.element("p", ui.text(text, about)), ...more]);
 }
 
+/** A link back to where a person came from; the browser does not say from where it leads there. */
+function wayBack(address) {
+  const link = ui.element("a", ui.text("go_back"), "back");
+  link.href = address;
+  link.rel = "noreferrer";
+  return ui.row(link);
+}
+
+/** The code that a panel asks for. */
+function codeParts(code) {
+  const shown = ui.element("p", code, "code");
+  shown.id = "code";
+  return [ui.element("p", ui.text("code")), shown];
+}
+
+/** What panels call a person, the study and the visit, in whatever case. */
+const PANELS = {
+  id: ["prolific_pid", "workerid", "worker_id", "participantid", "participant_id", "panelid",
+    "panel_id", "survey_code", "rid", "pid", "psid", "user_id", "userid"],
+  study: ["study_id", "studyid", "hitid", "hit_id", "project_id", "projectid"],
+  session: ["session_id", "sessionid", "assignmentid", "assignment_id"],
+};
+
+/** What the link of a panel brought, undefined where it is none. */
+function panelOf(search) {
+  const given = new Map();
+  for (const [name, value] of new URLSearchParams(search)) {
+    const text = [...value].filter((each) => each >= " " && each !== "\u007f").join("").slice(0, 200);
+    if (text.trim() && !given.has(name.toLowerCase())) given.set(name.toLowerCase(), text);
+  }
+  const own = about.panel.parameter.toLowerCase();
+  const found = {};
+  for (const [field, names] of Object.entries(PANELS)) {
+    const name = (field === "id" && own ? [own] : names).find((each) => given.has(each));
+    if (name) found[field] = given.get(name);
+  }
+  return found.id ? found : undefined;
+}
+
 // Before the trials -----------------------------------------------------------
 
 function consent() {
   const link = new URLSearchParams(location.hash.slice(1)).get("link") || undefined;
   byId("leave").hidden = true;
+  const panel = panelOf(location.search);
   if (about.invited && !link) return end("link", "link_text");
+  if (about.panel.required && !panel && !link) return end("panel", "panel_text");
   const paragraphs = spoken(about.about).split(/\n\s*\n/).filter((each) => each.trim());
   const parts = paragraphs.map((each) => ui.element("p", each));
-  for (const name of ["minutes", "stored", "leaving", "contact"]) {
-    parts.push(ui.element("p", ui.text(name, about)));
+  for (const name of ["minutes", "stored", ...(panel ? ["stored_id"] : []), "leaving", "contact"]) {
+    parts.push(ui.element("p", ui.text(name, { ...about, ...panel })));
   }
   if (about.languages.length > 1) parts.unshift(languages());
   const agree = ui.element("label", "", "agree");
@@ -181,7 +222,8 @@ function consent() {
   box.id = "agree";
   agree.append(box, ui.element("span", ui.text("agree")));
   const begin = ui.button("begin", () => once(async () => {
-    const joined = await ask("/api/join", link ? { language, link } : { language });
+    // What is undefined is left out of the JSON.
+    const joined = await ask("/api/join", { language, link, panel });
     keep(joined.token);
     history.replaceState(null, "", "/");
     await show(joined.step);
@@ -461,8 +503,10 @@ function failed(error) {
   if (error instanceof Told && error.status === 401) {
     keep(null);
     consent();
-  } else if (error instanceof Told && ["full", "link"].includes(error.reason)) {
-    end(error.reason, `${error.reason}_text`);
+  } else if (error instanceof Told && ["full", "link", "panel", "again"].includes(error.reason)) {
+    const { full_code: code, full_return: address } = about.panel;
+    const more = error.reason === "full" && code ? codeParts(code) : [];
+    end(error.reason, `${error.reason}_text`, more.length && address ? [...more, wayBack(address)] : more);
   } else {
     end("lost", "lost_text", [ui.row(ui.button("try_again", () => location.reload(), "main"))]);
   }
@@ -472,11 +516,12 @@ async function show(step) {
   byId("leave").hidden = !token;
   if (step.state === "checks") checks().catch(failed);
   else if (step.state === "trial") runTrial(step).catch(failed);
-  else if (step.state === "done") {
-    const code = ui.element("p", step.code, "code");
-    code.id = "code";
-    end("done", "done_text", [ui.element("p", ui.text("code")), code]);
-  } else end("stopped", "stopped_text");
+  else {
+    const parts = step.code ? codeParts(step.code) : [];
+    if (step.return_to) parts.push(wayBack(step.return_to));
+    const title = step.state === "done" ? "done" : "stopped";
+    end(title, `${title}_text`, parts);
+  }
 }
 
 function leave() {
@@ -511,7 +556,8 @@ async function begin() {
   const wanted = navigator.languages.map((each) => each.slice(0, 2).toLowerCase());
   await useLanguage(wanted.find((each) => about.languages.includes(each)) ?? about.languages[0]);
   token = kept();
-  if (new URLSearchParams(location.hash.slice(1)).get("link")) keep(null);
+  // Who comes by a personal link or a panel's is who it says, whoever had this device before.
+  if (new URLSearchParams(location.hash.slice(1)).get("link") || panelOf(location.search)) keep(null);
   if (!token) return consent();
   return show(await ask("/api/step"));
 }

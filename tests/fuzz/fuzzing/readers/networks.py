@@ -19,11 +19,16 @@ def _deepspeech(path: Path) -> None:
 
 
 def _model(path: Path) -> None:
-    from elocute.animation import animate
     from elocute.audio.waveform import Waveform
+    from elocute.models.feature_extraction import extract_features
+    from elocute.models.protocol import FrameSpan
+    from elocute.models.registry import open_model
 
-    style = "even" if path.stem == "voca" else "plain"
-    animate(Waveform(seeds.tone(), seeds.RATE), model=path, style=style, fps=30.0)
+    # As `animate` does it, but for what does not depend on the file: contacts and life.
+    model = open_model(path)
+    speech, _ = extract_features(model, Waveform(seeds.tone(), seeds.RATE), contacts=False)
+    style = model.style("even" if path.stem == "voca" else "plain")
+    model.curves(speech, style, FrameSpan(0, 6, 30.0), contacts=False)
 
 
 def _phone_encoder(path: Path) -> None:
@@ -86,16 +91,16 @@ READERS: tuple[Reader, ...] = (
         seeds.shipped("voca.onnx", "crnn.onnx"),
         only(_model),
         {"*.onnx": "proto"},
-        ("elocute.animation", "elocute.models.registry"),
+        ("elocute.models.feature_extraction", "elocute.models.registry"),
         short=30,
     ),
     Reader(
         "phone encoder",
-        seeds.shipped("phones.onnx"),
+        seeds.phone_encoders,
         only(_phone_encoder),
         {"*.onnx": "proto"},
         ("elocute.encoders.phone_encoder",),
-        short=10,
+        needs=("onnx",),
     ),
     Reader(
         "checkpoint",

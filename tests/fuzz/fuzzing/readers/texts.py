@@ -92,9 +92,9 @@ def _word_record(path: Path) -> None:
 
 
 def _curves(path: Path) -> None:
-    from elocute.export.arkit_csv import read_csv_curves
+    from elocute.export.curve_files import read_curves
 
-    read_csv_curves(path, 60.0)
+    read_curves(path)
 
 
 def _lrw(folder: Path, _out: Path) -> None:
@@ -104,12 +104,6 @@ def _lrw(folder: Path, _out: Path) -> None:
     for word in found.words:
         for recording in found.of(word)[0]:
             word_span(folder, recording, 0.4)
-
-
-def _curves_json(path: Path) -> None:
-    from elocute.export.curves_json import read_json_curves
-
-    read_json_curves(path)
 
 
 def _names(path: Path) -> None:
@@ -209,7 +203,7 @@ READERS: tuple[Reader, ...] = (
     Reader(
         "curves json",
         seeds.curves_json,
-        only(_curves_json),
+        only(_curves),
         _JSON,
         ("elocute.export.curves_json",),
     ),

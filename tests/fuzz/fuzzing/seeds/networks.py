@@ -57,6 +57,42 @@ def shipped(*names: str):
     return copy
 
 
+def phone_encoders(folder: Path) -> None:
+    """A phone encoder of one layer: what is judged is what is made of a file, not its weights.
+
+    The one that ships is 7 MB, which are written, read and run for every case.
+    """
+    import onnx
+    from onnx import TensorProto, helper, numpy_helper
+
+    from elocute.audio.phones_and_visemes import PHONES
+    from elocute.encoders.phone_encoder import builtin_encoder
+
+    draw = np.random.default_rng(0)
+    weights = {
+        "weight": draw.normal(0, 0.1, (len(PHONES), 64, 3)).astype(np.float32),
+        "bias": np.zeros(len(PHONES), np.float32),
+    }
+    nodes = [
+        helper.make_node("Transpose", ["features"], ["columns"], perm=[0, 2, 1]),
+        helper.make_node(
+            "Conv", ["columns", *weights], ["scores"], strides=[2], pads=[1, 1], kernel_shape=[3]
+        ),
+        helper.make_node("Transpose", ["scores"], ["rows"], perm=[0, 2, 1]),
+        helper.make_node("LogSoftmax", ["rows"], ["posteriors"], axis=2),
+    ]
+    graph = helper.make_graph(
+        nodes,
+        "phones",
+        [helper.make_tensor_value_info("features", TensorProto.FLOAT, [1, "frame", 64])],
+        [helper.make_tensor_value_info("posteriors", TensorProto.FLOAT, [1, "row", len(PHONES)])],
+        [numpy_helper.from_array(array, name) for name, array in weights.items()],
+    )
+    made = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
+    helper.set_model_props(made, {"elocute": json.dumps(builtin_encoder().config)})
+    onnx.save(made, str(place(folder, "one") / "phones.onnx"))
+
+
 def checkpoints(folder: Path) -> None:
     """As `train voca` leaves them, of a network of eight numbers."""
     import torch

@@ -1,0 +1,129 @@
+#!/usr/bin/env python3
+"""What is public is what packages list in `__all__`; it loads, says what it is, and is all that
+documents use.
+
+    python scripts/public_names.py    names what is wrong; exit code 1 where there is something
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import pkgutil
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "elocute"
+LISTED = re.compile(r"^__all__ = ", re.M)
+HOMES = {
+    ".".join(["elocute", *home.parent.relative_to(SOURCE).parts]): home
+    for home in sorted(SOURCE.rglob("__init__.py"))
+    if LISTED.search(home.read_text(encoding="utf-8"))
+}
+"""Every package with an `__all__`, and its source."""
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+EXAMPLES = sorted((ROOT / "examples").rglob("*.py"))
+
+
+def typed_imports(tree: ast.Module) -> dict[str, str]:
+    """Names that type checkers see, and the modules they take them from."""
+    return {
+        (each.asname or each.name): node.module
+        for block in tree.body
+        if isinstance(block, ast.If) and ast.unparse(block.test) == "TYPE_CHECKING"
+        for node in block.body
+        if isinstance(node, ast.ImportFrom) and node.module
+        for each in node.names
+    }
+
+
+def lazy_homes(tree: ast.Module, package: str) -> tuple[dict[str, str], set[str]]:
+    """Names that are loaded when asked for by their modules, and packages."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "lazy":
+            homes = ast.literal_eval(node.args[1])
+            packages = [ast.literal_eval(each.value) for each in node.keywords]
+            names = {n: f"{package}.{module}" for module, ns in homes.items() for n in ns}
+            return names, {each for given in packages for each in given}
+    return {}, set()
+
+
+def names_of(package: str) -> Iterator[str]:
+    """What differs between Python, type checkers and `__all__`, or hides behind a module."""
+    tree = ast.parse(HOMES[package].read_text(encoding="utf-8"))
+    names, packages = lazy_homes(tree, package)
+    if not names:  # loaded at once: what is imported is what is there
+        return
+    typed, listed = typed_imports(tree), importlib.import_module(package).__all__
+    if {name: typed.get(name) for name in names} != names or set(typed) != set(names) | packages:
+        yield f"{package}: type checkers see other names than Python loads"
+    if sorted(set(listed) - {"__version__"}) != sorted(n for n in listed if n != "__version__"):
+        yield f"{package}: __all__ names something twice"
+    if set(listed) - {"__version__"} != set(names):
+        yield f"{package}: __all__ is not what is loaded"
+    # A module would take the place of the name as soon as somebody imported it.
+    beside = {module.name for module in pkgutil.iter_modules([str(HOMES[package].parent)])}
+    yield from (
+        f"{package}.{name}: a module beside it has that name" for name in set(names) & beside
+    )
+
+
+def meaning_of(package: str, name: str) -> Iterator[str]:
+    """What is wrong with a public name: it does not load, or does not say what it is."""
+    module = importlib.import_module(package)
+    try:
+        found = getattr(module, name)
+    except ModuleNotFoundError as error:
+        print(f"{package}.{name} is left out: it needs {error.name}", file=sys.stderr)
+        return
+    if name not in dir(module) and name != "__version__":
+        yield f"{package}.{name}: not in dir()"
+    told = (getattr(found, "__doc__", None) or "").strip()
+    if callable(found) and (not told or told.startswith(f"{name}(")):  # dataclasses make that up
+        yield f"{package}.{name}: no docstring"
+
+
+def python_of(page: Path) -> Iterator[ast.Module]:
+    """The Python of a page or an example."""
+    text = page.read_text(encoding="utf-8")
+    blocks = [text] if page.suffix == ".py" else re.findall(r"```python\n(.*?)```", text, re.S)
+    for block in blocks:
+        yield ast.parse(block)
+
+
+def private_names(page: Path) -> Iterator[str]:
+    """What a page or an example uses that is not public."""
+    for tree in python_of(page):
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("elocute"):
+                used = [(node.module or "", each.name) for each in node.names]
+            elif isinstance(node, ast.Attribute) and ast.unparse(node.value) in HOMES:
+                used = [(ast.unparse(node.value), node.attr)]
+            else:
+                continue
+            for home, name in used:
+                if not is_public(home, name):
+                    yield f"{page.relative_to(ROOT)}: {home}.{name} is not public"
+
+
+def is_public(home: str, name: str) -> bool:
+    """Whether a package lists the name, it is a package that lists names, or Python's own."""
+    listed = importlib.import_module(home).__all__ if home in HOMES else ()
+    return name in listed or f"{home}.{name}" in HOMES or name.startswith("__")
+
+
+def main() -> int:
+    told = [line for package in HOMES for line in names_of(package)]
+    for package in HOMES:
+        for name in importlib.import_module(package).__all__:
+            told += meaning_of(package, name)
+    told += [line for page in (*PAGES, *EXAMPLES) for line in private_names(page)]
+    print("\n".join(told), end="\n" if told else "")
+    return bool(told)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

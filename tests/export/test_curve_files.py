@@ -1,0 +1,217 @@
+"""Curves that come back in, as different programs write them."""
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from elocute.errors import MotionError
+from elocute.export.arkit_csv import arkit_curves, head_poses, write_csv
+from elocute.export.curve_files import AZURE, read_curves
+from elocute.export.curves_json import write_json
+from elocute.motion.curves import ARKIT_NAMES
+from elocute.motion.motion import Motion
+from elocute.numerics.quaternions import from_axis_angle
+
+WEIGHTS = np.round(np.random.default_rng(3).random((7, 52)), 3)
+
+
+@pytest.fixture
+def given(tmp_path):
+    def write(content, name="take.json"):
+        path = tmp_path / name
+        if isinstance(content, np.ndarray):
+            np.save(path, content)
+        else:
+            path.write_text(content if isinstance(content, str) else json.dumps(content))
+        return path
+
+    return write
+
+
+def by_name(row):
+    return dict(zip(ARKIT_NAMES, row.tolist(), strict=True))
+
+
+AUDIO2FACE = {
+    "exportFps": 30.0,
+    "numPoses": 52,
+    "facsNames": list(ARKIT_NAMES),
+    "weightMat": WEIGHTS.tolist(),
+}
+BEAT = {
+    "names": list(ARKIT_NAMES),
+    "frames": [
+        {"weights": row.tolist(), "time": f / 30, "rotation": []} for f, row in enumerate(WEIGHTS)
+    ],
+}
+MEDIAPIPE = [
+    {
+        "timestamp_ms": 0,
+        "timestamp": 40 * frame,
+        "faceBlendshapes": [
+            {"index": 0, "categoryName": "_neutral", "score": 1e-6},
+            *({"categoryName": name, "score": each} for name, each in by_name(row).items()),
+        ],
+    }
+    for frame, row in enumerate(WEIGHTS)
+]
+FORMS = {
+    "Audio2Face": (AUDIO2FACE, 30),
+    "BEAT": (BEAT, 30),
+    "MediaPipe": (MEDIAPIPE, 25),
+    "rows": (WEIGHTS.tolist(), 60),
+    "rows under a name": ({"fps": 24, "blendShapes": WEIGHTS.tolist()}, 24),
+    "names beside rows": ({"blendShapes": list(ARKIT_NAMES), "frames": WEIGHTS.tolist()}, 60),
+    "weights by name": ([by_name(row) for row in WEIGHTS], 60),
+    "weights by Unreal's names": (
+        [{f"{n[0].upper()}{n[1:]}": each for n, each in by_name(row).items()} for row in WEIGHTS],
+        60,
+    ),
+    "weights by name and time": (
+        {"frames": [{"t": f / 50, "blendshapes": by_name(r)} for f, r in enumerate(WEIGHTS)]},
+        50,
+    ),
+    "hundredths with sides as letters": (
+        [
+            {n.replace("Left", "_L").replace("Right", "_R"): 100 * w for n, w in by_name(r).items()}
+            for r in np.maximum(WEIGHTS, 0.02)
+        ],
+        60,
+    ),
+    "an array": (WEIGHTS.astype(np.float32), 60),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_the_same_weights_in_every_form(given, form):
+    content, fps = FORMS[form]
+    found = read_curves(given(content, "take.npy" if form == "an array" else "take.json"))
+    assert found.curves.fps == fps
+    wanted = np.maximum(WEIGHTS, 0.02) if "hundredths" in form else WEIGHTS
+    assert np.allclose(found.curves.select(ARKIT_NAMES).values, wanted, atol=1e-6)
+    assumed = form in ("rows", "an array", "names beside rows") or form.startswith(
+        ("weights by", "h")
+    )
+    assert any("no frame rate" in n for n in found.notes) == (assumed and "time" not in form)
+    assert any("ARKit's order" in note for note in found.notes) == (
+        form in ("rows", "an array") or "under" in form
+    )
+
+
+def test_a_frame_rate_can_be_given(given):
+    assert read_curves(given(WEIGHTS.tolist()), 30000 / 1001).curves.fps == 30000 / 1001
+    with pytest.raises(MotionError, match="frame rate: 0"):
+        read_curves(given(WEIGHTS.tolist()), 0)
+
+
+def azure(first, rows):
+    return {"FrameIndex": first, "BlendShapes": [[*row, 0.1, 0.2, 0.3] for row in rows.tolist()]}
+
+
+@pytest.mark.parametrize("form", ["a list", "a line each", "texts"])
+def test_azures_chunks_stand_where_their_numbers_say(given, form):
+    chunks = [azure(3, WEIGHTS[3:]), azure(0, WEIGHTS[:3])]
+    name, content = "take.json", chunks
+    if form == "a line each":
+        name, content = "take.jsonl", "\n".join(map(json.dumps, chunks))
+    elif form == "texts":
+        content = [json.dumps(each) for each in chunks]
+    found = read_curves(given(content, name))
+    assert len(AZURE) == 55 and found.curves.fps == 60 and found.notes == ()
+    assert np.allclose(found.curves.select(ARKIT_NAMES).values, WEIGHTS)
+
+
+def test_what_azure_left_out_is_filled_in_and_told(given):
+    found = read_curves(given([azure(0, WEIGHTS[:3]), azure(5, WEIGHTS[5:])]))
+    values = found.curves["jawOpen"]
+    column = ARKIT_NAMES.index("jawOpen")
+    assert len(values) == 7 and np.allclose(values[[0, 2, 5, 6]], WEIGHTS[[0, 2, 5, 6], column])
+    assert values[3] == pytest.approx((2 * WEIGHTS[2, column] + WEIGHTS[5, column]) / 3, abs=1e-6)
+    assert any("frames are missing" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("fps", [24, 25, 30, 60, 30000 / 1001, 24000 / 1001, 120])
+def test_our_csv_comes_back_with_its_rate_and_the_turns_of_the_head(motion, tmp_path, fps):
+    turns = np.tile(np.float32([1, 0, 0, 0]), (motion.frame_count, len(motion.head.joint_names), 1))
+    place = motion.head.joint_names.index("head")
+    angles = np.random.default_rng(1).normal(0, 0.2, (motion.frame_count, 3))
+    turns[:, place] = from_axis_angle(angles)
+    taken = Motion(motion.head, motion.weights, fps, turns)
+    write_csv(taken, tmp_path / "talk.csv")
+    found = read_curves(tmp_path / "talk.csv")
+    assert found.curves.fps == fps and found.notes == ()
+    assert np.allclose(found.curves.values, arkit_curves(taken).values, atol=1e-6)
+    again = replace(taken, rotations=found.rotations(taken.head))
+    assert np.allclose(head_poses(again), head_poses(taken), atol=2e-6)
+
+
+def live_link(codes, names=ARKIT_NAMES, mark=","):
+    """What the app writes: fewer columns in old versions."""
+    header = mark.join(["Timecode", "BlendshapeCount", *(f"{n[0].upper()}{n[1:]}" for n in names)])
+    rows = [
+        mark.join([code, "61", *map(str, WEIGHTS[i % 7, : len(names)])])
+        for i, code in enumerate(codes)
+    ]
+    return "\n".join([header, *rows]) + "\n"
+
+
+def test_recordings_say_their_rate_by_their_timecodes(given):
+    at_60 = [f"12:00:{f // 60:02}:{f % 60:02}.123" for f in range(150)]
+    assert read_curves(given(live_link(at_60), "a.csv")).curves.fps == 60
+    at_30 = [f"12:00:{f // 30:02}:{f % 30:02}.123" for f in range(100)]
+    assert read_curves(given(live_link(at_30), "a.csv")).curves.fps == 30
+    over_midnight = [f"23:59:59:{f:02}.000" for f in range(60)] + ["00:00:00:00.000"]
+    assert read_curves(given(live_link(over_midnight), "a.csv")).curves.fps == 60
+    lost = [code for f, code in enumerate(at_60) if f not in (40, 41, 42)]
+    found = read_curves(given(live_link(lost), "a.csv"))
+    assert len(found.curves.values) == 150 and "frames are missing" in found.notes[0]
+
+
+def test_tables_with_other_columns_and_marks(given):
+    some = ARKIT_NAMES[:20]
+    codes = [f"00:00:00:{f:02}.000" for f in range(7)]
+    found = read_curves(given(live_link(codes, some, ";"), "a.csv"))
+    assert np.allclose(found.curves.select(some).values, WEIGHTS[:, :20])
+    assert not found.curves["tongueOut"].any()
+    rows = [["timeCode", "blendShapes.JawOpen", "blendShapes.MouthClose", "emotion.joy"]]
+    rows += [[f / 30, 0.5, 0.25, 1] for f in range(60)]
+    path = given("", "a2f.csv")
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows(rows)
+    found = read_curves(path)
+    assert found.curves.fps == 30 and (found.curves["jawOpen"] == 0.5).all()
+    assert "left out emotion.joy" in found.notes[0]
+
+
+def test_our_own_json_comes_back_whole(motion, tmp_path):
+    write_json(motion, tmp_path / "talk.json")
+    found = read_curves(tmp_path / "talk.json")
+    assert np.allclose(found.curves.values, motion.weights, atol=1e-6)
+    assert found.rotations(motion.head) is None
+
+
+@pytest.mark.parametrize(
+    ("content", "name", "says"),
+    [
+        ({"a": 1}, "x.json", r"no curve that is known \(a\)"),
+        ([[1, 2, 3]], "x.json", r"frame 0: no weights by name; allowed: 51, 52, 55 or 61"),
+        ([], "x.json", "no frames"),
+        ({"facsNames": ["jawOpen"], "weightMat": [[0.1, 0.2]]}, "x.json", "frame 0: 2 values"),
+        ({"facsNames": ["jawOpen"], "weightMat": [["a"]]}, "x.json", "frame 0: 1 values"),
+        ([{"jawOpen": 0.1, "JawOpen": 0.2}], "x.json", "a curve twice"),
+        ([{"FrameIndex": -1, "BlendShapes": []}], "x.json", "FrameIndex without"),
+        (np.zeros((3, 7)), "x.npy", r"float64 of shape \(3, 7\)"),
+        (np.full((3, 52), np.nan), "x.npy", "NaN"),
+        ("a,b\n1,2\n", "x.csv", r"no column of a curve \(a, b\)"),
+        ("jawOpen\nx\n", "x.csv", "row 2: values that are not numbers"),
+        ("jawOpen\nnan\n", "x.csv", "row 2: NaN"),
+        ("jawOpen\n", "x.csv", "no frames"),
+    ],
+)
+def test_what_is_none_is_refused_in_a_line(given, content, name, says):
+    with pytest.raises(MotionError, match=says) as told:
+        read_curves(given(content, name))
+    assert "\n" not in str(told.value)
