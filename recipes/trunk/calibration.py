@@ -43,7 +43,9 @@ def calibrate(
     gain = np.minimum(true.std(axis=0) / told.std(axis=0), GAIN_MOST)
     speaking = ruled.mean(axis=0)
     # Width and jaw are people's own: how they differ from rest in speech. Tracked depth is weak.
-    rest = measure_mouth(motion_from_curves(head, Curves(np.zeros((1, 1)), ("jawOpen",), 1.0)))
+    rest = measure_mouth(
+        motion_from_curves(head, Curves(np.zeros((1, 1), np.float32), ("jawOpen",), 1.0))
+    )
     for name in ("width_mm", "jaw_mm"):
         place = MEASURES.index(name)
         speaking[place] = rest[name][0] + np.nanmean(moved[:, place]) * eyes_mm

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import onnx
@@ -63,7 +63,7 @@ class _Graph:
         """A layer of the network on rows."""
         return self.product(x, place, layer.weight, layer.bias)
 
-    def product(self, x: str, place: str, weight: Tensor, bias: Tensor | None) -> str:
+    def product(self, x: str, place: str, weight: Tensor, bias: Tensor) -> str:
         """(row, in) to (row, out); `place` names the scale of the rows."""
         matrix = weight.detach().numpy().T.astype(np.float32)
         scale = np.abs(matrix).max(axis=0) / WEIGHT_MOST + 1e-12
@@ -134,7 +134,9 @@ def _head(graph: _Graph, head: CausalHead, rows: str, name: str) -> tuple[str, s
     """(row, width) to (row, output); and the entered rows, of which the last must be kept."""
     entered = graph.add("Relu", graph.linear(rows, f"{name}.enter", head.enter))
     x = graph.add("Concat", f"{name}_before", entered, axis=0)
-    for number, (layer, dilation) in enumerate(zip(head.layers, head.dilations, strict=True)):
+    for number, dilation in enumerate(head.dilations):
+        layer = cast(nn.Conv1d, head.layers[number])
+        assert layer.bias is not None
         taps = [graph.slice(x, tap * dilation, (tap - 2) * dilation or 2**31) for tap in range(3)]
         side_by_side = graph.add("Concat", *taps, axis=1)
         weight = layer.weight.permute(0, 2, 1).reshape(layer.out_channels, -1)
@@ -169,7 +171,8 @@ def scales(trunk: Trunk, sounds: Iterable[Tensor]) -> dict[str, float]:
     ]
     for bands in sounds:
         rows = trunk.rows(bands, AHEAD)
-        trunk.mouth(rows), trunk.phones(rows)
+        trunk.mouth(rows)
+        trunk.phones(rows)
     for hook in hooks:
         hook.remove()
     return most

@@ -104,6 +104,7 @@ def test_lips_open_as_they_do_and_close_where_they_do(spoken, profile, closed_mm
     had = measure_mouth(shown(spoken, profile))["opening_mm"]
     # Weights that sum to one open a mouth as far as the widest viseme does.
     shapes = target_shapes(spoken.head, profile)
+    assert isinstance(shapes, FittedShapes)
     alone = Motion(spoken.head, shapes.looks[[shapes.names.index(AA[profile])]], 30)
     wanted = np.minimum(wanted, measure_mouth(alone)["opening_mm"])
     assert (wanted < 0.05).sum() > 3

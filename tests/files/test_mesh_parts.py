@@ -154,7 +154,7 @@ def test_a_skin_is_placed_once_for_all_its_parts(tmp_path, monkeypatch):
         lambda node: placed.append(node) or local_matrix(node),
     )
     joints, parts = 500, 200
-    pieces = [POINTS.tobytes(), bytes(12), np.tile(np.float32([1, 0, 0, 0]), 3).tobytes()]
+    pieces = [POINTS.tobytes(), bytes(12), np.tile(np.array([1, 0, 0, 0], np.float32), 3).tobytes()]
     starts = np.cumsum([0, *map(len, pieces)]).tolist()
     attributes = {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}
     record = {

@@ -159,8 +159,9 @@ def test_a_file_that_is_no_trunk_is_refused(tmp_path, path) -> None:
 
 
 def clip(talker: str, name: str) -> MouthClip:
-    nothing = np.zeros(0)
-    return MouthClip(name, talker, nothing, nothing, nothing, nothing, nothing)
+    nothing = np.zeros(0, np.float32)
+    none = np.zeros(0)
+    return MouthClip(name, talker, nothing, none, none, nothing, nothing)
 
 
 def test_every_fourth_talker_is_held_out_whole() -> None:

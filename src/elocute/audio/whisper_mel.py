@@ -37,7 +37,8 @@ def mel_weights() -> Float32Array:
 
 def scaled(decades: Float32Array, loudest: Float32Array) -> Float32Array:
     """Log-10 powers as Whisper scales them: clipped `RANGE` below the loudest, about -1 to 1.5."""
-    return (np.maximum(decades, loudest - np.float32(RANGE)) + 4) / 4
+    clipped = np.maximum(decades, loudest - np.float32(RANGE))
+    return ((clipped + np.float32(4)) / np.float32(4)).astype(np.float32)
 
 
 class WhisperMel:

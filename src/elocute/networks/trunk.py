@@ -98,6 +98,8 @@ class CausalHead(nn.Module):
 class Trunk(nn.Module):
     """Bands in, rows out, and what the heads make of them."""
 
+    positions: Tensor
+
     def __init__(self, config: TrunkConfig | None = None) -> None:
         super().__init__()
         self.config = config = config or TrunkConfig()
