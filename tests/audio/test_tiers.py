@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from elocute.audio.speech_times import SpeechTimes, read_speech_times
@@ -131,6 +133,15 @@ def test_times_that_round_below_zero(tmp_path):
     path = tmp_path / "a.TextGrid"
     path.write_text(path.read_text().replace("xmin = 0\n", "xmin = -0.01\n"))
     assert [p for *_, p in read_speech_times(path).phones] == ["M", "AA", "P", "AA"]
+
+
+@pytest.mark.parametrize("told", [0, 2])
+def test_intervals_that_mfa_did_not_count_are_read(tmp_path, told):
+    tiers = {"words": WORD, "phones": PHONES}
+    rows = {name: [TextGridInterval(*row) for row in each] for name, each in tiers.items()}
+    text = format_textgrid(rows, 3.0)
+    (tmp_path / "a.TextGrid").write_text(re.sub("intervals: size = .*", f"size = {told}", text))
+    assert read_speech_times(tmp_path / "a.TextGrid").phones == tuple(MAPA)
 
 
 def test_hairlines_are_closed_where_a_textgrid_is_written():

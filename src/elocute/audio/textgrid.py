@@ -144,10 +144,9 @@ def _tier(tokens: _Tokens) -> tuple[str, list[TextGridInterval] | None]:
     kind, name = tokens.text(), tokens.text()
     tokens.skip_numbers(2)
     if kind == "IntervalTier":
-        rows = [
-            TextGridInterval(tokens.number(), tokens.number(), tokens.text().strip())
-            for _ in range(tokens.count())
-        ]
+        rows, told = list[TextGridInterval](), tokens.count()
+        while len(rows) < told or tokens.has_more():  # MFA has told too few
+            rows.append(TextGridInterval(tokens.number(), tokens.number(), tokens.text().strip()))
         return name, rows
     if kind == "TextTier":  # points are skipped
         for _ in range(tokens.count()):
@@ -161,18 +160,25 @@ class _Tokens:
     """Numbers, texts and flags in the order in which they stand."""
 
     def __init__(self, text: str) -> None:
-        self._found = TOKEN.finditer(text)
+        self._found = (each for each in TOKEN.finditer(text) if each.lastindex in (1, 2, 3))
+        self._ahead = next(self._found, None)
         self._items = 0
 
+    def has_more(self) -> bool:
+        """Whether another interval follows, which begins with a number, not a tier or the end."""
+        more = self._ahead is not None and self._ahead.lastindex == 3
+        self._items += more
+        if self._items > ITEMS_MAX:
+            raise _fault(f"more than {ITEMS_MAX} items", "fewer")
+        return more
+
     def _next(self, group: int) -> str:
-        for match in self._found:
-            if match.group(1) is None and match.group(2) is None and match.group(3) is None:
-                continue
-            value = match.group(group)
-            if value is None:
-                raise _fault(f"{match.group(0)[:40]!r} out of place")
-            return value
-        raise _fault("an early end")
+        match, self._ahead = self._ahead, next(self._found, None)
+        if match is None:
+            raise _fault("an early end")
+        if match.lastindex != group:
+            raise _fault(f"{match.group(0)[:40]!r} out of place")
+        return match.group(group)
 
     def text(self) -> str:
         return self._next(1).replace('""', '"')
