@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from elocute.errors import AlignmentError
+from elocute.errors import AlignmentError, ElocuteWarning
 
 TIERS_MAX, NAMES_TOLD = 1000, 10
 HAIRLINE_S = 1e-3
 """A shorter rest is no rest: sums that differ in their last digits part two intervals so."""
+BEGIN_MAX_S = 0.02
+"""A sound begins at 0: Praat's `Extract part` can preserve times, a sound's file cannot."""
 ITEMS_MAX = 1_000_000
 """Tiers, intervals and points, all together."""
 # What stands free in a TextGrid: "text" with doubled quotes, a flag, a number. Names of fields,
@@ -124,13 +127,19 @@ def parse_textgrid(data: bytes, tier: str) -> tuple[list[TextGridInterval], floa
 def parse_tiers(data: bytes) -> tuple[list[tuple[str, list[TextGridInterval] | None]], float]:
     """Name and intervals of every tier, None for tiers of points, and the duration in s.
 
-    Raises AlignmentError for any other file.
+    Raises AlignmentError for any other file; warns of times that begin later than a sound.
     """
     tokens = _Tokens(_decoded(data))
     if tokens.text() != "ooTextFile" or tokens.text() != "TextGrid":
         raise _fault("another kind of file")
-    tokens.number()
-    duration = tokens.number()
+    start, duration = tokens.number(), tokens.number()
+    if start > BEGIN_MAX_S:
+        warnings.warn(
+            f"a TextGrid whose times begin at {start:g} s, not at 0, as those of a part of a longer"
+            " sound; they are taken as they stand",
+            ElocuteWarning,
+            stacklevel=2,
+        )
     if tokens.flag() != "exists":
         raise _fault("no tiers")
     count = tokens.count()
