@@ -118,3 +118,14 @@ def test_documents_are_named_in_one_line(tmp_path, data, says):
     with pytest.raises(InputError, match=says) as caught:
         read_transcript(path, max_bytes=1000)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "rest", ["", "\n\nWORD START END ASDSCORE\nWE 0.2 0.5 7.2", "\nRef:  0Fi8"]
+)
+def test_transcripts_of_lrs_hold_what_is_said(tmp_path, rest):
+    path = tmp_path / "00001.txt"
+    path.write_text(f"Text:  WE ARE HERE\nConf:  4{rest}\n")
+    assert read_transcript(path, max_bytes=1000) == "WE ARE HERE"
+    path.write_text("Text: a message\nto all\n")
+    assert read_transcript(path, max_bytes=1000) == "Text: a message\nto all\n"

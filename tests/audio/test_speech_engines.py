@@ -253,6 +253,16 @@ def test_label_files_of_audacity_htk_and_timit(tmp_path, unit, note):
     assert shown(times.phones) == [(0.31, 0.41, "M"), (0.41, 0.66, "AE")] and times.notes == note
 
 
+def test_words_of_grid_and_lrs(tmp_path):
+    grid = "0 14750 sil\n14750 20250 bin\n20250 38000 blue\n38000 47000 now\n47000 74500 sil\n"
+    times = read(tmp_path, grid, "a.align")
+    assert shown(times.words) == [(0.59, 0.81, "bin"), (0.81, 1.52, "blue"), (1.52, 1.88, "now")]
+    assert "as GRID has them" in times.notes[0]
+    head = "Text:  WE ARE\r\nConf:  4\r\n\r\n\r\nWORD START END ASDSCORE\r\n"
+    lrs = read(tmp_path, f"{head}WE 0.20 0.50 -7.2\r\nARE 0.50 0.80 6.0\r\n", "a.txt")
+    assert lrs.words == ((0.2, 0.5, "WE"), (0.5, 0.8, "ARE")) and not lrs.phones
+
+
 @pytest.mark.parametrize(
     ("record", "says"),
     [

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from elocute.audio.speech_times import SpeechTimes, read_speech_times
 from elocute.audio.textgrid import TextGridInterval, format_textgrid, parse_tiers
-from elocute.errors import InputError
+from elocute.errors import ElocuteWarning, InputError
 
 PHONES = [(0.3, 0.4, "m"), (0.4, 0.6, "a"), (0.6, 0.7, "p"), (0.7, 0.9, "a")]
 MAPA = [(0.3, 0.4, "M"), (0.4, 0.6, "AA"), (0.6, 0.7, "P"), (0.7, 0.9, "AA")]
@@ -131,6 +133,22 @@ def test_times_that_round_below_zero(tmp_path):
     path = tmp_path / "a.TextGrid"
     path.write_text(path.read_text().replace("xmin = 0\n", "xmin = -0.01\n"))
     assert [p for *_, p in read_speech_times(path).phones] == ["M", "AA", "P", "AA"]
+
+
+@pytest.mark.parametrize("told", [0, 2])
+def test_intervals_that_mfa_did_not_count_are_read(tmp_path, told):
+    tiers = {"words": WORD, "phones": PHONES}
+    rows = {name: [TextGridInterval(*row) for row in each] for name, each in tiers.items()}
+    text = format_textgrid(rows, 3.0)
+    (tmp_path / "a.TextGrid").write_text(re.sub("intervals: size = .*", f"size = {told}", text))
+    assert read_speech_times(tmp_path / "a.TextGrid").phones == tuple(MAPA)
+
+
+def test_times_of_a_part_of_a_longer_sound_are_told():
+    text = format_textgrid({"phones": [TextGridInterval(*row) for row in PHONES]}, 3.0)
+    with pytest.warns(ElocuteWarning, match="begin at 0.2 s, not at 0"):
+        tiers, _ = parse_tiers(text.replace("xmin = 0\n", "xmin = 0.2\n").encode())
+    assert [row.start_s for row in tiers[0][1] if row.text] == [row[0] for row in PHONES]
 
 
 def test_hairlines_are_closed_where_a_textgrid_is_written():

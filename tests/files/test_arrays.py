@@ -53,6 +53,7 @@ def test_arrays_come_back_as_they_were(tmp_path, compressed):
         (npy_bytes(np.zeros(4)).replace(b"'shape': (4,)", b"'shape': f(4)"), "header"),
         (b"\x93NUMPY\x01\x00" + struct.pack("<H", 60_000) + b" " * 60_000, "a header of 60000"),
         (b"PK", "no NumPy array"),
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:a\n", "a pointer of Git LFS"),
     ],
 )
 def test_an_entry_that_is_none_is_one_line(tmp_path, entry, found):

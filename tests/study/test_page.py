@@ -412,6 +412,8 @@ def test_who_comes_from_a_panel_goes_back_with_its_code(driver, videos, tmp_path
         person = Participant(driver, host)
         driver.set_window_size(*DESK)
         link = "?fbclid=Iw-_&prolific_pid=5f0c&STUDY_ID=61aa&SESSION_ID=7%267&x=%3Cb%3E"
+        person.open("?PROLIFIC_PID={{%PROLIFIC_PID%}}&STUDY_ID=61aa")  # a panel left it unfilled
+        assert "%PROLIFIC" not in driver.find_element(By.ID, "main").text
         person.open(link)
         assert "5f0c" in driver.find_element(By.ID, "main").text
         person.agree()

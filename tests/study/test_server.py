@@ -588,7 +588,11 @@ def test_the_id_of_a_panel_is_kept_and_brings_its_person_back(asker, host):
 
 
 @pytest.mark.parametrize(
-    "panel", [{}, {"study": "1"}, {"id": ""}, {"id": 1}, {"id": "a\n"}, {"id": "a", "x": "b"}, "a"]
+    "panel",
+    [
+        *({}, {"study": "1"}, {"id": ""}, {"id": 1}, {"id": "a\n"}, {"id": "a", "x": "b"}, "a"),
+        *({"id": "{{%PROLIFIC_PID%}}"}, {"id": "${e://Field/PID}"}, {"id": "[%RID%]"}),
+    ],
 )
 def test_what_is_no_id_of_a_panel_is_refused(asker, panel):
     assert asker.ask("/api/join", {"language": "en", "panel": panel})[0] == 400

@@ -40,6 +40,8 @@ _DIRECTIONS = re.compile(
     r"singing|smiles?|nods?|v\.?o\.?|o\.?s\.?|cont'?d\.?|off)\b",
     re.IGNORECASE,
 )
+# LRS2 and LRS3: below what is said, a confidence, a reference, and boxes or times.
+_LRS = re.compile(r"Text:[ \t]+(\S[^\r\n]*)\r?\n(?:Conf|Ref):")
 _KINDS = (
     (b"PK\x03\x04", "a Word document or another ZIP file"),
     (b"{\\rtf", "a document in Rich Text Format"),
@@ -65,7 +67,7 @@ def read_transcript(
     Returns
     -------
     str
-        All of it.
+        All of it; of a transcript of LRS2 or LRS3, what is said.
 
     Raises
     ------
@@ -82,7 +84,8 @@ def read_transcript(
     if _MARKUP.match(text) and not _SSML.match(text):
         found, remedy = "markup or subtitles of another kind", "save it as text, .srt or .vtt"
         raise error.about(Path(path), found=found, allowed=allowed, remedy=remedy)
-    return text
+    lrs = _LRS.match(text)
+    return lrs[1] if lrs else text
 
 
 class _SpokenText:

@@ -14,14 +14,18 @@ from elocute.audio.timed_labels import LABELS_MAX, Label, Labels, seconds_of, un
 from elocute.errors import InputError
 
 MOHO_FPS = 24.0
-HTK_S, TIMIT_S = 1e-7, 1 / 16_000
-HTK_STEP = 1000
-"""HTK's times are whole tenths of a millisecond, in units of 100 ns."""
+HTK_S, TIMIT_S, GRID_S = 1e-7, 1 / 16_000, 1 / 25_000
+HTK_STEP, GRID_STEP = 1000, 250
+"""HTK's times are whole tenths of a millisecond, in units of 100 ns; those of the GRID corpus whole
+hundredths of a second, thousandths of its 75 frames at 25 a second."""
+GRID_ENDS = range(60_000, 75_001)
+LRS_HEAD = "WORD START END ASDSCORE"
 STRANGE_SHARE = 0.2
 _NUMBER = r"\d{1,15}(?:\.\d{0,20})?"
 # Of lines in which single spaces part the fields.
 _MBROLA = re.compile(rf"(\S+) ({_NUMBER})(?: \(?{_NUMBER}(?: ?, ?| ){_NUMBER}\)?)*")
 _LABEL = re.compile(rf"({_NUMBER}) ({_NUMBER}) (\S.*)")
+_LRS = re.compile(rf"(\S+) ({_NUMBER}) ({_NUMBER}) -?{_NUMBER}")
 _CUE = re.compile(rf"({_NUMBER}) ([A-HX])")
 _FRAME = re.compile(r"(\d{1,9}) (AI|E|O|U|WQ|L|MBP|FV|etc|rest)")
 
@@ -34,6 +38,9 @@ def parse_lines(text: str) -> Labels | None:
         raise InputError(f"{len(lines)} lines; allowed: up to {LABELS_MAX}")
     if lines and lines[0].startswith("MohoSwitch"):
         return _moho(_matched(_FRAME, lines[1:]))
+    if LRS_HEAD in lines:  # of LRS2 and LRS3, below what is said
+        rows = _matched(_LRS, lines[lines.index(LRS_HEAD) + 1 :])
+        return Labels(words=[(float(row[2]), float(row[3]), row[1]) for row in rows])
     for pattern, parse in _PARSERS.items():
         rows = _matched(pattern, lines)
         if rows:
@@ -86,9 +93,13 @@ def _labels(rows: list[re.Match[str]]) -> Labels:
     times = [row[group] for row in rows for group in (1, 2)]
     unit, note = 1.0, ""
     if not any("." in time for time in times) and max(map(float, times)) > 1000:
-        is_htk = all(int(float(time)) % HTK_STEP == 0 for time in times)
-        unit = HTK_S if is_htk else TIMIT_S
-        note = f"times were taken for {'units of 100 ns' if is_htk else 'samples at 16 kHz'}"
+        whole = [int(time) for time in times]
+        unit, name = TIMIT_S, "samples at 16 kHz"
+        if all(time % GRID_STEP == 0 for time in whole) and max(whole) in GRID_ENDS:
+            unit, name = GRID_S, "thousandths of a frame at 25 a second, as GRID has them"
+        elif all(time % HTK_STEP == 0 for time in whole):
+            unit, name = HTK_S, "units of 100 ns"
+        note = f"times were taken for {name}"
     labels = [
         (float(row[1]) * unit, float(row[2]) * unit, row[3].split(" ")[0] if unit != 1 else row[3])
         for row in rows

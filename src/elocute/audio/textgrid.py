@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from elocute.errors import AlignmentError
+from elocute.errors import AlignmentError, ElocuteWarning
 
 TIERS_MAX, NAMES_TOLD = 1000, 10
 HAIRLINE_S = 1e-3
 """A shorter rest is no rest: sums that differ in their last digits part two intervals so."""
+BEGIN_MAX_S = 0.02
+"""A sound begins at 0: Praat's `Extract part` can preserve times, a sound's file cannot."""
 ITEMS_MAX = 1_000_000
 """Tiers, intervals and points, all together."""
 # What stands free in a TextGrid: "text" with doubled quotes, a flag, a number. Names of fields,
@@ -124,13 +127,19 @@ def parse_textgrid(data: bytes, tier: str) -> tuple[list[TextGridInterval], floa
 def parse_tiers(data: bytes) -> tuple[list[tuple[str, list[TextGridInterval] | None]], float]:
     """Name and intervals of every tier, None for tiers of points, and the duration in s.
 
-    Raises AlignmentError for any other file.
+    Raises AlignmentError for any other file; warns of times that begin later than a sound.
     """
     tokens = _Tokens(_decoded(data))
     if tokens.text() != "ooTextFile" or tokens.text() != "TextGrid":
         raise _fault("another kind of file")
-    tokens.number()
-    duration = tokens.number()
+    start, duration = tokens.number(), tokens.number()
+    if start > BEGIN_MAX_S:
+        warnings.warn(
+            f"a TextGrid whose times begin at {start:g} s, not at 0, as those of a part of a longer"
+            " sound; they are taken as they stand",
+            ElocuteWarning,
+            stacklevel=2,
+        )
     if tokens.flag() != "exists":
         raise _fault("no tiers")
     count = tokens.count()
@@ -144,10 +153,9 @@ def _tier(tokens: _Tokens) -> tuple[str, list[TextGridInterval] | None]:
     kind, name = tokens.text(), tokens.text()
     tokens.skip_numbers(2)
     if kind == "IntervalTier":
-        rows = [
-            TextGridInterval(tokens.number(), tokens.number(), tokens.text().strip())
-            for _ in range(tokens.count())
-        ]
+        rows, told = list[TextGridInterval](), tokens.count()
+        while len(rows) < told or tokens.has_more():  # MFA has told too few
+            rows.append(TextGridInterval(tokens.number(), tokens.number(), tokens.text().strip()))
         return name, rows
     if kind == "TextTier":  # points are skipped
         for _ in range(tokens.count()):
@@ -161,18 +169,25 @@ class _Tokens:
     """Numbers, texts and flags in the order in which they stand."""
 
     def __init__(self, text: str) -> None:
-        self._found = TOKEN.finditer(text)
+        self._found = (each for each in TOKEN.finditer(text) if each.lastindex in (1, 2, 3))
+        self._ahead = next(self._found, None)
         self._items = 0
 
+    def has_more(self) -> bool:
+        """Whether another interval follows, which begins with a number, not a tier or the end."""
+        more = self._ahead is not None and self._ahead.lastindex == 3
+        self._items += more
+        if self._items > ITEMS_MAX:
+            raise _fault(f"more than {ITEMS_MAX} items", "fewer")
+        return more
+
     def _next(self, group: int) -> str:
-        for match in self._found:
-            if match.group(1) is None and match.group(2) is None and match.group(3) is None:
-                continue
-            value = match.group(group)
-            if value is None:
-                raise _fault(f"{match.group(0)[:40]!r} out of place")
-            return value
-        raise _fault("an early end")
+        match, self._ahead = self._ahead, next(self._found, None)
+        if match is None:
+            raise _fault("an early end")
+        if match.lastindex != group:
+            raise _fault(f"{match.group(0)[:40]!r} out of place")
+        return match.group(group)
 
     def text(self) -> str:
         return self._next(1).replace('""', '"')

@@ -79,7 +79,8 @@ def read_npy_header(file: Any) -> NpyHeader:
     """
     start = file.read(len(MAGIC) + 2)
     if start[: len(MAGIC)] != MAGIC or len(start) < len(MAGIC) + 2:
-        raise UnusableArrayError("no NumPy array")
+        lfs = start == b"version "
+        raise UnusableArrayError("a pointer of Git LFS: git lfs pull" if lfs else "no NumPy array")
     major = start[len(MAGIC)]
     if major not in (1, 2, 3):
         raise UnusableArrayError(f"a NumPy array of format version {major}")

@@ -2,12 +2,13 @@
 
 `elocute solve` writes shape, expression, pose, translation and fps. VHAP has expr,
 rotation, neck_pose, jaw_pose, eyes_pose; EMOCA and DECA have exp or expcode, and a pose of six:
-root and jaw; some store a file for each frame.
+root and jaw; EMICA has jawpose, BEAT2 the poses of a whole body; some store a file for each frame.
 """
 
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
-from elocute.errors import HeadError
+from elocute.errors import ElocuteWarning, HeadError
 from elocute.files.array_reading import read_npy, read_npz
 
 FILE_MAX_BYTES = 2_000_000_000
@@ -27,15 +28,18 @@ SHAPE = ("shape", "shapecode", "shape_params", "betas")
 EXPRESSION = ("expression", "expr", "exp", "expcode", "expression_params", "expressions")
 TRANSLATION = ("translation", "transl", "trans")
 RATE = ("fps", "framerate", "mocap_frame_rate", "mocap_framerate")
+TURN_MAX = 2.0
+"""Radians that no jaw opens by."""
 POSES: dict[tuple[str, ...], dict[int, tuple[tuple[int, int], ...]]] = {
     ("pose", "posecode", "poses"): {
+        165: ((66, 6), (69, 9), (72, 12)),  # SMPL-X's jaw and eyes
         15: ((0, 0), (3, 3), (6, 6), (9, 9), (12, 12)),
         6: ((0, 0), (3, 6)),
         3: ((0, 6),),
     },
-    ("rotation", "global_pose", "global_orient", "pose_params"): {3: ((0, 0),)},
+    ("rotation", "global_pose", "globalpose", "global_orient", "pose_params"): {3: ((0, 0),)},
     ("neck_pose", "neck"): {3: ((0, 3),)},
-    ("jaw_pose", "jaw", "jaw_params"): {3: ((0, 6),)},
+    ("jaw_pose", "jawpose", "jaw", "jaw_params"): {3: ((0, 6),)},
     ("eyes_pose", "eyes", "eye_pose"): {6: ((0, 9), (3, 12))},
     ("leye_pose",): {3: ((0, 9),)},
     ("reye_pose",): {3: ((0, 12),)},
@@ -90,15 +94,24 @@ def read_layout(path: str | Path) -> tuple[dict[str, Float64Array], float | None
     ------
     HeadError
         For a file that is missing, damaged or something else.
+
+    Warns
+    -----
+    ElocuteWarning
+        For frames that are missing, and are interpolated.
     """
     path = Path(path)
-    frames = [_stored(each) for each in _frame_paths(path)]
+    paths, places = _frame_paths(path)
+    frames = [_stored(each) for each in paths]
     stored: dict[str, NDArray[Any]] = frames[0]
     if len(frames) > 1:
         if any(set(each) != set(stored) for each in frames):
             raise HeadError.about(path, found="frames that hold different arrays", allowed=ALLOWED)
         try:
-            stored = {n: np.concatenate([np.atleast_2d(f[n]) for f in frames]) for n in stored}
+            stored = {
+                n: _filled(np.concatenate([np.atleast_2d(f[n]) for f in frames]), places)
+                for n in stored
+            }
         except ValueError as error:
             raise HeadError.about(
                 path, found="frames of different sizes", allowed=ALLOWED
@@ -106,16 +119,51 @@ def read_layout(path: str | Path) -> tuple[dict[str, Float64Array], float | None
     return _parts(path, stored)
 
 
-def _frame_paths(path: Path) -> list[Path]:
+def _frame_paths(path: Path) -> tuple[list[Path], NDArray[np.int64]]:
+    """Files or folders of frames, and where each belongs in the recording."""
+    alone = [path], np.zeros(1, np.int64)
     if not path.is_dir():
-        return [path]
+        return alone
     found = [each for each in path.iterdir() if each.suffix.lower() == ".npz"]
     found = found or [each for each in path.iterdir() if (each / "exp.npy").is_file()]
     if not found and (path / "exp.npy").is_file():
-        return [path]
+        return alone
     if not 0 < len(found) <= FRAMES_MAX:
         raise HeadError.about(path, found=f"{len(found)} frames", allowed=ALLOWED)
-    return sorted(found, key=lambda each: [int(n) for n in re.findall(r"\d+", each.name)])
+
+    def numbers(each: Path) -> list[int]:
+        return [int(number) for number in re.findall(r"\d{1,9}", each.name)]
+
+    found.sort(key=lambda each: (numbers(each), each.name))
+    return found, _places(path, found, [numbers(each) for each in found])
+
+
+def _places(path: Path, found: list[Path], numbers: list[list[int]]) -> NDArray[np.int64]:
+    """Where frames belong in a recording, by the first number in their names that changes.
+
+    Raises HeadError for two faces of a frame, as EMOCA has them: 000001_000, 000001_001.
+    """
+    columns = [np.array(each) for each in zip(*numbers, strict=False) if len({*each}) > 1]
+    steps = np.diff(columns[0]) if columns else np.ones(len(found) - 1, np.int64)
+    if len(steps) and not steps.min():
+        at = int(steps.argmin())
+        twice = f"{found[at].name} and {found[at + 1].name}, of one frame"
+        raise HeadError.about(path, found=twice, allowed="one face in a folder")
+    places = np.concatenate([[0], np.cumsum(steps // max(1, steps.min(initial=FRAMES_MAX)))])
+    if places[-1] >= FRAMES_MAX:
+        raise HeadError.about(path, found=f"frames to {places[-1]}", allowed=ALLOWED)
+    if missing := int(places[-1]) + 1 - len(places):
+        told = f"{path}: {missing} frames missing between others, interpolated"
+        warnings.warn(told, ElocuteWarning, stacklevel=2)
+    return places.astype(np.int64)
+
+
+def _filled(values: NDArray[Any], places: NDArray[np.int64]) -> NDArray[Any]:
+    """(frame, …) with straight lines through frames that are missing."""
+    if places[-1] + 1 == len(places) or values.ndim != 2 or values.dtype.kind not in "fiu":
+        return values
+    every = np.arange(places[-1] + 1)
+    return np.stack([np.interp(every, places, column) for column in values.T], axis=1)
 
 
 def _stored(path: Path) -> dict[str, NDArray[Any]]:
@@ -161,6 +209,10 @@ def _parts(
             raise HeadError.about(path, found=f"no usable {found}", allowed=ALLOWED)
         for start, place in widths[given.shape[1]]:
             parts["pose"][:, place : place + 3] = given[:, start : start + 3]
+    turn = np.linalg.norm(parts["pose"][:, 6:9], axis=1).max()
+    if turn > TURN_MAX:
+        found = f"a jaw that turns by {turn:.3g}"
+        raise HeadError.about(path, found=found, allowed=f"radians, to {TURN_MAX:g}")
     parts["translation"] = np.zeros((count, 3)) if shift is None else rows(shift)
     if parts["translation"].shape not in ((count, 3), (1, 3)):
         raise HeadError.about(path, found="parts that do not fit each other", allowed=ALLOWED)

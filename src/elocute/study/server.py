@@ -49,8 +49,9 @@ SLACK_S = 5.0
 """How much longer than the server has seen a person may say to have needed."""
 TEXTS_MAX = 200_000
 NUMBER = re.compile(r"\d{1,3}")
-PANEL_VALUE = re.compile(r"[^\x00-\x1f\x7f]{1,200}")
-"""What a panel calls a person, a study or a session."""
+PANEL_VALUE = re.compile(r"(?!.*(?:\{\{|\$\{|%%|\[%))[^\x00-\x1f\x7f]{1,200}")
+"""What a panel calls a person, a study or a session; never what a panel has left unfilled, as
+{{%PROLIFIC_PID%}}: everybody would be one person."""
 
 
 @dataclass(frozen=True)

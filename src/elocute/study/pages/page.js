@@ -186,11 +186,15 @@ const PANELS = {
   session: ["session_id", "sessionid", "assignmentid", "assignment_id"],
 };
 
+/** What a panel has left unfilled, as {{%PROLIFIC_PID%}}: everybody would be one person. */
+const UNFILLED = /\{\{|\$\{|%%|\[%/;
+
 /** What the link of a panel brought, undefined where it is none. */
 function panelOf(search) {
   const given = new Map();
   for (const [name, value] of new URLSearchParams(search)) {
     const text = [...value].filter((each) => each >= " " && each !== "\u007f").join("").slice(0, 200);
+    if (UNFILLED.test(text)) continue;
     if (text.trim() && !given.has(name.toLowerCase())) given.set(name.toLowerCase(), text);
   }
   const own = about.panel.parameter.toLowerCase();

@@ -1,0 +1,64 @@
+"""FLAME's parameters as trackers leave them: frames they lost, two faces, units, their names."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+from elocute.errors import ElocuteWarning, HeadError
+from elocute.head.flame_layouts import read_layout
+
+
+def emoca(folder, names):
+    """Folders of frames whose jaw opens by 0.01 radians with each frame's number."""
+    for name in names:
+        each = folder / name
+        each.mkdir()
+        jaw = 0.01 * int(name.split("_")[-2])
+        np.save(each / "exp.npy", np.zeros(50))
+        np.save(each / "pose.npy", np.array([0, 0, 0, jaw, 0, 0]))
+    return folder
+
+
+def test_frames_without_a_face_are_interpolated_and_told(tmp_path):
+    given = emoca(tmp_path, [f"clip2_{n:06}_000" for n in (1, 2, 3, 8, 9)])
+    with pytest.warns(ElocuteWarning, match="4 frames missing between others"):
+        parts, _, _ = read_layout(given)
+    assert np.allclose(parts["pose"][:, 6], 0.01 * np.arange(1, 10))
+    assert parts["expression"].shape == (9, 50)
+
+
+@pytest.mark.parametrize("step", [1, 2])
+def test_frames_that_are_evenly_apart_are_all_there(tmp_path, step):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        parts, _, _ = read_layout(emoca(tmp_path, [f"{n:06}_000" for n in range(1, 12, step)]))
+    assert len(parts["pose"]) == len(range(1, 12, step))
+
+
+@pytest.mark.parametrize(
+    ("names", "says"),
+    [
+        (["000001_000", "000001_001", "000002_000"], "000001_000 and 000001_001, of one frame"),
+        (["1_000", "2_000", "900000000_000"], "frames to 899999999"),
+    ],
+)
+def test_two_faces_and_frames_too_far_are_refused(tmp_path, names, says):
+    with pytest.raises(HeadError, match=says):
+        read_layout(emoca(tmp_path, names))
+
+
+def test_names_and_units_of_trackers(tmp_path):
+    jaw = np.linspace(0, 0.3, 4)[:, None] * [1, 0, 0]
+    body = np.zeros((4, 165))
+    body[:, 66:69] = jaw
+    exp, path = np.zeros((4, 50)), tmp_path / "a.npz"
+    for given in ({"jawpose": jaw, "globalpose": 0 * jaw}, {"poses": body}):
+        np.savez(path, expcode=exp, **given)
+        parts, _, left_out = read_layout(path)
+        assert np.allclose(parts["pose"][:, 6:9], jaw) and not left_out
+    np.savez(path, expcode=exp, jaw_pose=np.degrees(jaw))
+    with pytest.raises(HeadError, match=r"a jaw that turns by 17\.2; allowed: radians"):
+        read_layout(path)
