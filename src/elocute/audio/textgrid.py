@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 
 from elocute.errors import AlignmentError
 
+FILE_TYPES = ("ooTextFile", "ooTextFile short")
+"""Now and as old versions of Praat, and P2FA, begin the short form."""
 TIERS_MAX, NAMES_TOLD = 1000, 10
 HAIRLINE_S = 1e-3
 """A shorter rest is no rest: sums that differ in their last digits part two intervals so."""
@@ -127,7 +129,7 @@ def parse_tiers(data: bytes) -> tuple[list[tuple[str, list[TextGridInterval] | N
     Raises AlignmentError for any other file.
     """
     tokens = _Tokens(_decoded(data))
-    if tokens.text() != "ooTextFile" or tokens.text() != "TextGrid":
+    if tokens.text() not in FILE_TYPES or tokens.text() != "TextGrid":
         raise _fault("another kind of file")
     tokens.number()
     duration = tokens.number()
