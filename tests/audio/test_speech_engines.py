@@ -281,3 +281,47 @@ def test_what_holds_no_times_is_refused_in_one_line(tmp_path, record, says):
     with pytest.raises(InputError, match=says) as caught:
         read(tmp_path, record)
     assert "\n" not in str(caught.value)
+
+
+def test_words_without_times_lie_between_their_neighbours(tmp_path):
+    """WhisperX has no time for what holds no letters that it knows."""
+    words = timed("start", "end", "word")
+    words[1] |= {"start": 1.2, "end": 1.5}
+    unknown = [{"word": "20"}, {"word": "?"}, {"word": "£3."}]
+    segment = {"start": 0.0, "end": 2.0, "words": [words[0], *unknown, words[1], {"word": "7"}]}
+    times = read(tmp_path, {"segments": [segment]})
+    assert shown(times.words) == [
+        *((0.05, 0.4, "hello"), (0.4, 0.8, "20"), (0.8, 1.2, "£3.")),
+        *((1.2, 1.5, "bob"), (1.5, 2.0, "7")),
+    ]
+    assert times.notes == (
+        "'20, £3.' has no time and is looked for in between",
+        "'7' has no time and is looked for in between",
+    )
+    del segment["end"]
+    assert read(tmp_path, {"segments": [segment]}).notes[1] == "'7' has no time and is left out"
+    times = read(tmp_path, {"words": [words[0], {"word": "20", "case": "not-found-in-audio"}]})
+    assert times.notes == ("1 words without times are left out",)
+
+
+def test_the_last_chunk_of_transformers_may_be_open(tmp_path):
+    chunks = [{"text": text, "timestamp": [a, b]} for a, b, text in HELLO_BOB]
+    chunks[1]["timestamp"] = [0.4, None]
+    times = read(tmp_path, {"chunks": chunks})
+    assert shown(times.words) == [(0.05, 0.4, "hello"), (0.4, 0.7, "bob")]
+    assert times.notes == ("the end of the last word is open: taken as 0.3 s later",)
+
+
+def test_letters_whose_times_collapse_are_told(tmp_path):
+    """ElevenLabs's dialogue gives one time to all that comes late."""
+    letters = list("hi bob.")
+    record = {
+        "characters": letters,
+        "character_start_times_seconds": [0, 0.1, *[0.2] * 5],
+        "character_end_times_seconds": [0.1, 0.2, *[0.2] * 5],
+    }
+    times = read(tmp_path, {"alignment": record})
+    assert shown(times.words) == [(0, 0.2, "hi")]
+    assert times.notes == ("words without length, 1 ('bob.'), are left out",)
+    with pytest.raises(InputError, match="words: no length"):
+        read(tmp_path, {"alignment": {key: each[2:] for key, each in record.items()}})

@@ -310,3 +310,9 @@ def test_phone_times_are_read_and_checked(tmp_path):
         read_speech_times(path)
     with pytest.raises(InputError, match="no such file"):
         read_speech_times(tmp_path / "none.csv")
+
+
+def test_the_short_form_of_old_versions_of_praat_which_p2fa_writes(tmp_path):
+    rows = '"IntervalTier"\n"phone"\n0\n1\n2\n0\n0.4\n"P"\n0.4\n1\n"AE1"\n'
+    grid = f'File type = "ooTextFile short"\n"TextGrid"\n\n0\n1\n<exists>\n1\n{rows}'
+    assert read(tmp_path, "a.TextGrid", grid).phones == ((0.0, 0.4, "P"), (0.4, 1.0, "AE"))

@@ -158,3 +158,13 @@ def test_a_file_with_one_track_has_no_other(given):
     assert probe_audio(path).tracks == () and len(samples(path, track=0)[0]) == RATE
     with pytest.raises(AudioError, match="no track 1; allowed: 0, the only one"):
         samples(path, track=1)
+
+
+def test_files_behind_the_first_are_told(given):
+    """Streams of speech engines whose every part has a header, written one after another."""
+    found, notes = samples(given(wav() * 3))
+    assert np.array_equal(found, TONE / np.float32(32768))
+    assert notes == [
+        "WAVE files behind the first, 2, are left out: join their sounds, not the files"
+    ]
+    assert samples(given(wav(chunk(b"LIST", b"INFO"))))[1] == []

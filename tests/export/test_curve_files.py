@@ -219,3 +219,30 @@ def test_what_is_none_is_refused_in_a_line(given, content, name, says):
     with pytest.raises(MotionError, match=says) as told:
         read_curves(given(content, name))
     assert "\n" not in str(told.value)
+
+
+def test_azures_numbers_that_begin_again_go_on(given):
+    """The chunks of several requests in one file."""
+    found = read_curves(
+        given([azure(0, WEIGHTS[:3]), azure(0, WEIGHTS[3:5]), azure(2, WEIGHTS[5:])])
+    )
+    assert np.allclose(found.curves.select(ARKIT_NAMES).values, WEIGHTS, atol=1e-6)
+    assert found.notes == ("take.json: FrameIndex begins again: taken to go on at frame 3",)
+    twice = read_curves(given([azure(0, WEIGHTS[:3]), azure(0, WEIGHTS[:3])]))
+    assert len(twice.curves.values) == 3 and twice.notes == ()
+
+
+def test_a_clock_that_stands_now_and_then_is_one(given):
+    codes = [f"12:00:{f // 30:02}:{f % 30:02}.000" for f in (0, *range(60), *range(75, 90))]
+    found = read_curves(given(live_link(codes), "a.csv"))
+    assert found.curves.fps == 30 and len(found.curves.values) == 90
+    assert found.notes[0] == "a.csv: 1 frames whose time comes again are left out"
+    twice = [f"12:00:00:{f // 2:02}.000" for f in range(60)]
+    assert "no frame rate" in read_curves(given(live_link(twice), "a.csv")).notes[0]
+
+
+def test_hundredths_may_be_a_little_below_zero(given):
+    frames = [{"jawOpen": -0.2, "mouthSmileLeft": 50}, {"jawOpen": 30, "mouthSmileLeft": 90}]
+    found = read_curves(given({"fps": 30, "frames": frames}))
+    assert found.curves["jawOpen"].tolist() == pytest.approx([-0.002, 0.3])
+    assert "up to 90 are taken for hundredths" in found.notes[0]

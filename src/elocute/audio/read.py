@@ -162,6 +162,9 @@ class AudioStream:
             For samples that are not finite or beyond ±100, an early end, or more than 24 hours.
         """
         done, channel = 0, self._channel
+        header = read_wav_header(self.path)
+        if header is not None and header.followers:
+            self.notes.append(FOLLOWED.format(header.followers))
         if channel is None and self.channels > 1:
             channel = self._loudest_of_cancelling()
         for block in self._decoder.blocks(max(1, round(block_s * self.sample_rate))):
@@ -210,6 +213,7 @@ class AudioStream:
         return channel
 
 
+FOLLOWED = "WAVE files behind the first, {}, are left out: join their sounds, not the files"
 CANCEL_S = 60.0
 """So much sound, silence aside, says whether channels cancel."""
 CANCELLED = 0.05

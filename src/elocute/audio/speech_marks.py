@@ -20,6 +20,8 @@ TICK_S, MILLISECOND_S = 1e-7, 1e-3
 TICKS_LEAST = 5000.0
 """A word of Azure lasts longer in ticks, and shorter in milliseconds."""
 DEPTH_MAX = 12
+OPEN_S = 0.3
+"""How long a word lasts whose end nobody says."""
 ALLOWED = (
     "visemes of Azure, Polly or TalkingHead, mouth cues of Rhubarb, or phones and words of "
     "aligners, speech engines and recognisers, or of Elocute"
@@ -166,9 +168,13 @@ def _first(key: str, inner: Any) -> Any:
 
 def _timed(record: Record) -> Labels:
     """The one label of a record; none where it lacks a time or a label."""
-    span, offsets = record.get("timestamp"), record.get("offsets")
-    if isinstance(span, list) and len(span) == 2:  # transformers
-        record = {**record, "start": span[0], "end": span[1]}
+    span, offsets, notes = record.get("timestamp"), record.get("offsets"), list[str]()
+    if isinstance(span, list) and len(span) == 2:  # transformers, which leave the last end open
+        begin, end = finite_number(span[0]), span[1]
+        if begin is not None and end is None:
+            end = begin + OPEN_S * max(1, len(str(record.get("text", "")).split()))
+            notes.append(f"the end of the last word is open: taken as {end - begin:g} s later")
+        record = {**record, "start": span[0], "end": end}
     elif isinstance(offsets, dict):  # whisper.cpp
         record = {**record, "startms": offsets.get("from"), "endms": offsets.get("to")}
     elif isinstance(record.get("time"), dict):  # Hume
@@ -183,7 +189,9 @@ def _timed(record: Record) -> Labels:
     if not isinstance(label, str):
         return Labels()
     found = [_word(record)]
-    return Labels(phones=found) if _key(record, PHONE_KEYS) else Labels(words=found)
+    if _key(record, PHONE_KEYS):
+        return Labels(phones=found, notes=notes)
+    return Labels(words=found, notes=notes)
 
 
 def _azure_visemes(events: Sequence[Record]) -> Labels:
@@ -265,14 +273,13 @@ def _entry(entry: Any) -> Label:
 
 def _segments(record: Record) -> Labels:
     """Whisper and WhisperX: words within segments."""
-    words = [
-        _word(word)
-        for segment in _records(record["segments"])
-        for word in _records(segment.get("words") or [])
-        if "start" in word
-    ]
-    if words:
-        return Labels(words=words)
+    words = Labels()
+    for segment in _records(record["segments"]):
+        labels, guessed = _between(segment)
+        words.words.extend(labels)
+        words.notes.extend(guessed)
+    if words.words:
+        return words
     for key in ("words", "wordsegments"):
         if record.get(key):
             return _words({"words": record[key]})
@@ -284,14 +291,45 @@ def _segments(record: Record) -> Labels:
     return Labels(words=phrases, notes=["words are looked for within the times of their segments"])
 
 
+def _between(segment: Record) -> tuple[list[Label], list[str]]:
+    """Words of a segment, and a note on those without times: they share what the others leave.
+
+    WhisperX has none for numbers, since its letters have none.
+    """
+    words = [
+        word for word in _records(segment.get("words") or []) if word.get("type") not in NOT_SAID
+    ]
+    at = finite_number(segment.get("start"))
+    until = finite_number(segment.get("end"))
+    found: list[Label] = []
+    waiting: list[str] = []
+    notes = []
+    for word in [*words, None] if any(word.get("start") is not None for word in words) else []:
+        if word is not None and word.get("start") is None:
+            label = str(word.get(_key(word, LABEL_KEYS), ""))
+            waiting += [label.strip()] if any(map(str.isalnum, label)) else []
+            continue
+        timed = [] if word is None else [_word(word)]
+        end = timed[0][0] if timed else until
+        if waiting and at is not None and end is not None and at < end:
+            part = (end - at) / len(waiting)
+            found += [(at + i * part, at + (i + 1) * part, w) for i, w in enumerate(waiting)]
+            notes.append(f"{', '.join(waiting)[:60]!r} has no time and is looked for in between")
+        elif waiting:
+            notes.append(f"{', '.join(waiting)[:60]!r} has no time and is left out")
+        found, waiting, at = [*found, *timed], [], timed[0][1] if timed else at
+    return found, notes
+
+
 def _words(record: Record) -> Labels:
     """A list of words of an engine or recogniser; Gentle's with phones and their durations."""
     if _is_texts(record["words"]):
         return Labels(words=_columns(record, "words", ("wtimes", "wdurations")))
-    found = Labels()
+    found, missed = Labels(), 0
     for word in _records(record["words"]):
         start = word.get(_key(word, STARTS))
         if start is None or word.get("type") in NOT_SAID:  # Gentle did not find it
+            missed += start is None and word.get("type") not in NOT_SAID
             continue
         found.words.append(_word(word))
         at = seconds_of(_number(start), "start of a word")
@@ -301,6 +339,8 @@ def _words(record: Record) -> Labels:
                 at = seconds_of(phone["start"], "start of a phone")
             found.phones.append((at, at + length, _text(phone.get("phone"))))
             at += length
+    if missed:
+        found.notes.append(f"{missed} words without times are left out")
     return found
 
 

@@ -214,9 +214,23 @@ def _sorted_out(labels: list[Label]) -> Labels:
 
 def _words_of(labels: Labels) -> SpeechTimes:
     spoken = _spoken_words(labels)
+    momentary = [text for start, end, text in labels.words if start == end and _is_said(text)]
+    if not spoken and momentary:
+        raise InputError.about(
+            "words", found="no length", allowed="words that end after they begin"
+        )
     if not spoken:
         raise InputError(f"no phones and no words; allowed: {ALLOWED}")
-    return SpeechTimes(words=tuple(spoken), notes=tuple(labels.notes))
+    notes = list(labels.notes)
+    if momentary:
+        named = ", ".join(repr(each[:20]) for each in momentary[:NAMED_MAX])
+        notes.append(f"words without length, {len(momentary)} ({named}), are left out")
+    return SpeechTimes(words=tuple(spoken), notes=tuple(notes))
+
+
+def _is_said(text: str) -> bool:
+    rests = (REST, SPOKEN_NOISE)
+    return any(map(str.isalnum, text)) and phone_of(text.lower(), "polly") not in rests
 
 
 def _spoken_words(labels: Labels) -> list[Label]:

@@ -14,6 +14,8 @@ from dataclasses import dataclass, replace
 
 from elocute.errors import AlignmentError, ElocuteWarning
 
+FILE_TYPES = ("ooTextFile", "ooTextFile short")
+"""Now and as old versions of Praat, and P2FA, begin the short form."""
 TIERS_MAX, NAMES_TOLD = 1000, 10
 HAIRLINE_S = 1e-3
 """A shorter rest is no rest: sums that differ in their last digits part two intervals so."""
@@ -130,7 +132,7 @@ def parse_tiers(data: bytes) -> tuple[list[tuple[str, list[TextGridInterval] | N
     Raises AlignmentError for any other file; warns of times that begin later than a sound.
     """
     tokens = _Tokens(_decoded(data))
-    if tokens.text() != "ooTextFile" or tokens.text() != "TextGrid":
+    if tokens.text() not in FILE_TYPES or tokens.text() != "TextGrid":
         raise _fault("another kind of file")
     start, duration = tokens.number(), tokens.number()
     if start > BEGIN_MAX_S:

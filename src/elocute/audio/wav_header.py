@@ -32,7 +32,7 @@ class WavHeader:
 
     orderly: every chunk lies within the file, and every part of a list within its list. plain:
     nothing stands before RIFF, and odd chunks are padded. format: the content of `fmt `; fact: that
-    of `fact`, or nothing; data_at: where the sound begins.
+    of `fact`, or nothing; data_at: where the sound begins. followers: further files behind it.
     """
 
     channels: int
@@ -44,6 +44,7 @@ class WavHeader:
     format: bytes
     fact: bytes
     data_at: int
+    followers: int = 0
 
 
 def tag_bytes(file: BinaryIO) -> int:
@@ -69,10 +70,11 @@ def read_wav_header(path: Path) -> WavHeader | None:
             return None
         complete = before + struct.unpack("<I", head[4:8])[0] + 8 >= total
         fmt, fact, long_size, found = b"", b"", 0, None
-        orderly = plain = True
+        orderly, followers = True, 0
         plain = before == 0
         for name, size, padded in _chunks(file):
             end = file.tell() + size
+            followers += name in (b"RIFF", b"RF64") and found is not None
             plain = plain and padded
             if name == b"ds64" and size >= 24:
                 body = file.read(16)
@@ -91,7 +93,7 @@ def read_wav_header(path: Path) -> WavHeader | None:
         return None
     channels, rate = struct.unpack("<2xHI8x", fmt[:16])
     promised, present, start = found
-    return WavHeader(channels, rate, promised, present, orderly, plain, fmt, fact, start)
+    return WavHeader(channels, rate, promised, present, orderly, plain, fmt, fact, start, followers)
 
 
 def _promised(size: int, long_size: int, present: int, complete: bool) -> int | None:

@@ -46,6 +46,8 @@ ASSUMED_FPS = 60.0
 RATES = (24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0)
 PAUSE = 1.5
 """Frames apart from which on times are not regular."""
+REPEATED = 0.1
+"""Of the frames of a clock that stands now and then; one that stands more often is none."""
 PERCENT = 1.5
 """Weights that reach beyond are hundredths."""
 AZURE = (*ARKIT_NAMES, "headRoll", "leftEyeRoll", "rightEyeRoll")
@@ -172,9 +174,9 @@ def _curves(path: Path, table: _Table, fps: float | None) -> CurveFile:
         told = ", ".join(unknown[:6]) + (", …" if len(unknown) > 6 else "")
         notes.append(f"{path.name}: left out {told}: no curves of the head")
     values = rows[:, [place for place, key in enumerate(keys) if key in places]]
-    if PERCENT < values.max(initial=0) <= 100 and values.min(initial=0) >= 0:
+    if PERCENT < values.max(initial=0) <= 100 and values.min(initial=0) > -values.max():
         values = values / 100
-        notes.append(f"{path.name}: weights up to {rows.max():g} are taken for hundredths")
+        notes.append(f"{path.name}: weights up to {100 * values.max():g} are taken for hundredths")
     names = tuple(dict.fromkeys((*ARKIT_NAMES, *known)))
     curves = Curves(values.astype(np.float32), tuple(known), rate).select(names)
     posed = None
@@ -198,6 +200,11 @@ def _regular(path: Path, table: _Table, fps: float | None) -> tuple[Float64Array
     if not len(rows):
         raise MotionError.about(path, found="no frames", allowed="one or more")
     stated = fps or table.fps
+    if times is not None and len(times) > 1:
+        again = np.append(np.diff(times) == 0, False)  # of several at one time the last counts
+        if 0 < again.sum() < REPEATED * len(times):
+            rows, times = rows[~again], times[~again]
+            notes.append(f"{path.name}: {again.sum()} frames whose time comes again are left out")
     if stated is None and times is not None and len(times) > 1 and (np.diff(times) > 0).all():
         steps = np.diff(times)
         middle = float(np.median(steps))
@@ -387,19 +394,28 @@ def _unpacked(path: Path, frame: Any) -> Any:
 
 
 def _azure_table(path: Path, chunks: list[dict[str, Any]]) -> _Table:
-    """Chunks of frames, each with the number of its first, sixty a second."""
+    """Chunks of frames, each with the number of its first, sixty a second.
+
+    Numbers begin again where the chunks of several requests stand in one file.
+    """
     rows: dict[int, list[float]] = {}
+    begin, notes = 0, list[str]()
     for chunk in chunks:
         start, given = chunk["FrameIndex"], chunk.get("BlendShapes")
         if not isinstance(start, int) or not isinstance(given, list) or start < 0:
             raise MotionError.about(path, found="FrameIndex without BlendShapes", allowed=ALLOWED)
-        for number, frame in enumerate(given, start):
+        known = [rows.get(number) for number in range(begin, begin + len(given))]
+        if start == 0 and any(b not in (None, a) for a, b in zip(given, known, strict=True)):
+            begin = max(rows) + 1
+            notes.append(f"{path.name}: FrameIndex begins again: taken to go on at frame {begin}")
+        for number, frame in enumerate(given, begin + start):
             rows[number] = _numbers(f"{path} frame {number}", frame, len(AZURE))
     if not rows or max(rows) >= FRAMES_MAX:
         raise MotionError.about(path, found="no frames", allowed="one or more")
     numbers = np.array(sorted(rows))
     table = np.array([rows[number] for number in numbers])
-    return _Table(AZURE, table, numbers / ASSUMED_FPS, None if len(numbers) > 1 else ASSUMED_FPS)
+    rate = None if len(numbers) > 1 else ASSUMED_FPS
+    return _Table(AZURE, table, numbers / ASSUMED_FPS, rate, tuple(notes))
 
 
 def _frame(

@@ -22,6 +22,8 @@ from elocute.motion.mouth_measures import measure_mouth
 from elocute.numerics.bounded_least_squares import solve_box_sum
 
 MOUTH = ("jaw", "mouth", "tongue")
+SIDEWAYS = frozenset(("jawLeft", "jawRight", "mouthLeft", "mouthRight"))
+"""What only moves as far as the motion does."""
 MOVED_M = 1e-4
 """What no shape of the mouth moves further than this is left out."""
 LIPS, GAP, SHUT = 4.0, 12.0, 200.0
@@ -119,6 +121,9 @@ def fit_controls(motion: Motion, looks: Sequence[dict[str, float]]) -> ControlFi
     shares = _gap_counts(curves, gaps)
     sides = (curves @ skin + shares[:, None] * (curves @ gap)) @ mixes.T - SPARSE * mean
     low, high = np.zeros((len(curves), len(looks))), np.ones(len(looks))
+    for place, look in enumerate(looks):
+        if look and SIDEWAYS.issuperset(look):  # two that pull against each other are no mouth
+            high[place] = min(1.0, max(float(_curve(motion, name).max()) for name in look))
     sealing = [VISEME_SHAPES["PP"].get(name, 0.0) for name in names]
     for place in np.flatnonzero(np.abs(mixes - sealing).max(axis=1, initial=0) < 1e-6)[:1]:
         low[:, place] = _seals(motion, curves, gaps)

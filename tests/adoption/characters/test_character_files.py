@@ -235,6 +235,14 @@ def test_one_shape_alone_still_speaks(take):
     assert np.corrcoef(fit.weights[:, 0], curve(take, "jawOpen"))[0, 1] > 0.9
 
 
+def test_shapes_to_the_sides_do_not_pull_against_each_other(take):
+    """Both at once would part the lips, on our head and on no other."""
+    names = ("jawOpen", "mouthPucker", "jawLeft", "jawRight", "mouthLeft", "mouthRight")
+    fit = fit_controls(take, [{name: 1.0} for name in names])
+    wanted = [curve(take, name).max() for name in names[2:]]
+    assert (fit.weights[:, 2:].max(axis=0) <= np.array(wanted) + 1e-6).all()
+
+
 def test_switches_are_off_or_on(take, character):
     face = character(arkit())
     controls = tuple(replace(each, switch=True) for each in face.controls)

@@ -1,8 +1,9 @@
 """The names that sets of shapes give to what a face does, as weights of the built-in head's curves.
 
 ARKit's, and those that say the same otherwise: Character Creator, MetaHuman, Unified Expressions,
-Meta's and Ekman's action units, Daz, Mixamo, MB-Lab, VRoid; and visemes: Oculus's, Microsoft's 22,
-Character Creator's, Daz's, Preston Blair's chart, Rhubarb's letters, phones and vowels.
+Meta's and Ekman's action units, faceshift, Daz, Mixamo, MB-Lab, VRoid; and visemes: Oculus's,
+Microsoft's 22, Character Creator's, Daz's, Preston Blair's chart, Rhubarb's letters, phones and
+vowels.
 """
 
 from __future__ import annotations
@@ -131,29 +132,32 @@ _WHOLE_OF_TWO += ("mouthRollLower", "mouthRollUpper", "mouthShrugLower", "mouthS
 
 # What has two sides; {} is a side.
 _SIDED: dict[str, tuple[str, ...]] = {
-    "browDown": ("Brow_Drop_{}", "BrowLowerer{}", "BrowsDown_{}", "browSqueeze{}_max"),
+    "browDown": ("Brow_Drop_{}", "BrowLowerer{}", "BrowsDown_{}", "browSqueeze{}_max", "BrowsD_{}"),
     "browOuterUp": (
         *("Brow_Raise_Outer_{}", "browRaiseOuter{}", "BrowUp{}", "BrowsUp_{}"),
-        "browOutVert{}_max",
+        *("browOutVert{}_max", "BrowsU_{}"),
     ),
     "eyeBlink": ("EyeClosed{}", "eyeClosed{}_max"),
-    "eyeWide": ("eyeWiden{}", "EyesWide{}", "eyeClosed{}_min"),
+    "eyeWide": ("eyeWiden{}", "EyesWide{}", "eyeClosed{}_min", "EyeOpen_{}"),
     "eyeSquint": ("eyeSquintInner{}", "Squint_{}"),
-    "eyeLookUp": ("Eye_{}_Look_Up", "EyesLookUp{}"),
-    "eyeLookDown": ("Eye_{}_Look_Down", "EyesLookDown{}"),
+    "eyeLookUp": ("Eye_{}_Look_Up", "EyesLookUp{}", "EyeUp_{}"),
+    "eyeLookDown": ("Eye_{}_Look_Down", "EyesLookDown{}", "EyeDown_{}"),
+    "eyeLookIn": ("EyeIn_{}",),
+    "eyeLookOut": ("EyeOut_{}",),
     "cheekSquint": ("Cheek_Raise_{}", "eyeCheekRaise{}"),
-    "noseSneer": ("noseWrinkle{}", "NoseScrunch_{}", "cheekSneer{}_max"),
+    "noseSneer": ("noseWrinkle{}", "NoseScrunch_{}", "cheekSneer{}_max", "Sneer_{}"),
     "mouthUpperUp": (
         *("Mouth_Up_Upper_{}", "Mouth_Upper_Up_{}", "mouthUpperLipRaise{}"),
-        "UpperLipUp_{}",
+        *("UpperLipUp_{}", "LipsUpperUp_{}"),
     ),
     "mouthLowerDown": (
         *("Mouth_Down_Lower_{}", "Mouth_Lower_Down_{}", "mouthLowerLipDepress{}"),
-        "LowerLipDown_{}",
+        *("LowerLipDown_{}", "LipsLowerDown_{}"),
     ),
     "mouthSmile": ("smile{}",),
     "mouthFrown": ("mouthCornerDepress{}", "MouthSad{}", "Frown_{}"),
     "mouthPress": ("mouthLipsPress{}",),
+    "mouthStretch": ("LipsStretch_{}",),
 }
 # What several do together: quarters, halves. {} is a side.
 _PARTS: dict[str, tuple[str, ...]] = {
@@ -248,12 +252,12 @@ _OTHER: dict[tuple[str, ...], Looks] = {
     ("jawFwd", "jawOut_max"): {"jawForward": 1.0},
     ("JawSidewaysLeft",): {"jawLeft": 1.0},
     ("JawSidewaysRight",): {"jawRight": 1.0},
-    ("LipSuckUpper", "UpperLipIn"): {"mouthRollUpper": 1.0},
-    ("LipSuckLower", "LowerLipIn"): {"mouthRollLower": 1.0},
-    ("MouthRaiserUpper",): {"mouthShrugUpper": 1.0},
-    ("MouthRaiserLower", "mouthLowerOut_max"): {"mouthShrugLower": 1.0},
-    ("mouthInflated_max",): {"cheekPuff": 1.0},
-    ("browsMidVert_max",): {"browInnerUp": 1.0},
+    ("LipSuckUpper", "UpperLipIn", "LipsUpperClose"): {"mouthRollUpper": 1.0},
+    ("LipSuckLower", "LowerLipIn", "LipsLowerClose"): {"mouthRollLower": 1.0},
+    ("MouthRaiserUpper", "ChinUpperRaise"): {"mouthShrugUpper": 1.0},
+    ("MouthRaiserLower", "mouthLowerOut_max", "ChinLowerRaise"): {"mouthShrugLower": 1.0},
+    ("mouthInflated_max", "Puff"): {"cheekPuff": 1.0},
+    ("browsMidVert_max", "BrowsU_C"): {"browInnerUp": 1.0},
     ("eyesClosed", "eyesClose", "eyeClosed", "blinkBoth", "blinks"): both("eyeBlink"),
     ("eyesLookUp", "lookUp"): both("eyeLookUp"),
     ("eyesLookDown", "lookDown"): both("eyeLookDown"),
