@@ -180,9 +180,7 @@ def judgement(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument(
-        "step", choices=("synthesise", "align", "realign", "fit", "ship", "reference")
-    )
+    parser.add_argument("step", choices=("labels", "fit", "ship"))
     parser.add_argument("whisper", type=Path, nargs="?")
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
     parser.add_argument("--work", type=Path, default=Path("build/trunk"))

@@ -107,7 +107,7 @@ def split(line: str) -> tuple[list[str], list[str]]:
         word.rstrip("/")
         for before, word in zip(["", *words], words, strict=False)
         if re.search(
-            r"\.(wav|npz|npy|onnx|pkl|ply|json|toml|txt|TextGrid|mp4|glb)$|/|^VOCASET|^(lines|recordings|answers|trial).csv",
+            r"\.(wav|npz|npy|onnx|pkl|ply|json|toml|txt|TextGrid|mp4|glb)$|/|^VOCASET|^(lines|recordings|answers|trial|recorded).csv",
             word,
         )
         and before not in ("-o", "--output", "--plot", "--textgrid", "--participants")

@@ -59,9 +59,16 @@ def test_an_error_of_others_is_an_escape(tmp_path: Path):
     assert verdicts(lambda path, out: {}["a"], tmp_path) == {"escape": 3}
 
 
+class TwoLinesError(InputError):
+    """Of this package, whose errors are else made one line."""
+
+    def __str__(self) -> str:
+        return "one\ntwo"
+
+
 def test_two_lines_are_one_too_many(tmp_path: Path):
     def read(path: Path, out: Path) -> None:
-        raise InputError("one\ntwo")
+        raise TwoLinesError("one")
 
     assert verdicts(read, tmp_path) == {"lines": 3}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -55,7 +56,8 @@ def test_names_and_units_of_trackers(tmp_path):
     body = np.zeros((4, 165))
     body[:, 66:69] = jaw
     exp, path = np.zeros((4, 50)), tmp_path / "a.npz"
-    for given in ({"jawpose": jaw, "globalpose": 0 * jaw}, {"poses": body}):
+    layouts: list[dict[str, Any]] = [{"jawpose": jaw, "globalpose": 0 * jaw}, {"poses": body}]
+    for given in layouts:
         np.savez(path, expcode=exp, **given)
         parts, _, left_out = read_layout(path)
         assert np.allclose(parts["pose"][:, 6:9], jaw) and not left_out

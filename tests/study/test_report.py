@@ -362,7 +362,7 @@ def spoilt(text: str) -> dict[str, tuple[bytes, str]]:
         "a column less": (text.replace("seconds", "time", 1).encode(), "no column `seconds`"),
         "no answers": (head.encode() + b"\n", "no test answers"),
         "bytes": (bytes(range(256)), ""),
-        "another encoding": (text.encode("utf-16"), ""),
+        "another encoding": (text.encode("utf-32"), ""),
         "a NUL": (row(participant="a\x00b"), "row 1"),
         "an open quote": (row(participant='"abc'), ""),
         "a huge cell": (row(answer="x" * 300_000), ""),
