@@ -325,3 +325,21 @@ def test_letters_whose_times_collapse_are_told(tmp_path):
     assert times.notes == ("words without length, 1 ('bob.'), are left out",)
     with pytest.raises(InputError, match="words: no length"):
         read(tmp_path, {"alignment": {key: each[2:] for key, each in record.items()}})
+
+
+@pytest.mark.parametrize(("unit", "told"), [(1e7, ""), (1e3, "milliseconds"), (1, "seconds")])
+def test_offsets_of_azure_s_visemes_that_were_divided_already(tmp_path, unit, told):
+    rows = [(0.05, 21), (0.15, 2), (0.3, 18), (0.5, 0)]
+    times = read(tmp_path, [{"audioOffset": at * unit, "visemeId": each} for at, each in rows])
+    assert shown(times.phones) == [(0.05, 0.15, "P"), (0.15, 0.3, "AA"), (0.3, 0.5, "F")]
+    says = f"offsets were taken for {told}: too small for ticks of 100 ns"
+    assert times.notes == ((says,) if told else ())
+
+
+def test_marks_of_two_answers_in_one_file_are_refused(tmp_path):
+    rows = [(20, "p"), (90, "a"), (900, "sil"), (6, "f"), (80, "a")]
+    marks = [{"time": at, "type": "viseme", "value": each} for at, each in rows]
+    with pytest.raises(InputError, match=r"'f': 0.006 s, behind one at 0.900 s; allowed: the ev"):
+        read(tmp_path, marks)
+    marks[3:] = [{**mark, "time": mark["time"] + 1000} for mark in marks[3:]]
+    assert len(read(tmp_path, marks).phones) == 4

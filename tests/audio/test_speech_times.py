@@ -285,8 +285,11 @@ def test_subtitles_are_words_with_the_time_of_their_line(tmp_path):
 
 def test_times_in_the_wrong_unit_are_noticed(tmp_path):
     events = [{"audio_offset": 80 * at, "viseme_id": 1 + at % 20} for at in range(60)]
+    times = read(tmp_path, "ms.json", json.dumps(events))
+    assert times.end_s == pytest.approx(59 * 0.08 + 0.15) and "milliseconds" in times.notes[0]
+    rows = "".join(f"{at / 1e4},{(at + 1) / 1e4},M\n" for at in range(60))
     with pytest.raises(InputError, match="60 phones in"):
-        read(tmp_path, "ms.json", json.dumps(events))
+        read(tmp_path, "fast.csv", f"start_s,end_s,phone\n{rows}")
 
 
 def test_a_named_alphabet_is_taken_at_its_word(tmp_path):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
 from statistics import median
 from typing import Any
 
@@ -199,18 +200,25 @@ def _azure_visemes(events: Sequence[Record]) -> Labels:
 
     Blend shapes come as further events of id 0 at offset 0, after the visemes: these are no rests.
     """
-    found = []
+    found: list[tuple[float, str]] = []
+    in_ms = False
     for event in events:
         if "visemeid" not in event:
             continue
         key = next((key for key in ("audiooffset", "offset", "audiooffsetms") if key in event), "")
-        unit = MILLISECOND_S if key.endswith("ms") else TICK_S
-        start = seconds_of(event.get(key), "offset of a viseme", unit)
+        in_ms = in_ms or key.endswith("ms")
+        start = seconds_of(event.get(key), "offset of a viseme")
         viseme = event["visemeid"]
         if found and start == 0 and viseme in (0, "0"):
             continue
         found.append((start, str(viseme)))
-    return Labels(phones=until_next(found), alphabet="azure")
+    unit, notes = MILLISECOND_S if in_ms else TICK_S, []
+    steps = [b - a for (a, _), (b, _) in pairwise(found) if b > a]
+    if not in_ms and steps and median(steps) < TICKS_LEAST:  # divided already, as in its examples
+        unit, name = (MILLISECOND_S, "milliseconds") if median(steps) > 2 else (1.0, "seconds")
+        notes = [f"offsets were taken for {name}: too small for ticks of 100 ns"]
+    events = [(start * unit, viseme) for start, viseme in found]
+    return Labels(phones=until_next(events), alphabet="azure", notes=notes)
 
 
 def _polly(events: Sequence[Record]) -> Labels:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from elocute.errors import InputError
 from elocute.files.json_records import finite_number
@@ -12,6 +13,8 @@ Label = tuple[float, float, str]
 """Start in s, end in s, and what is written."""
 BYTES_MAX = 50_000_000
 LABELS_MAX = 1_000_000
+BACK_S = 0.1
+"""So far events may stand out of order."""
 LAST_S = 0.15
 """How long a last event lasts, that has a start alone."""
 
@@ -45,7 +48,15 @@ def seconds_of(value: object, what: str, unit: float = 1.0) -> float:
 
 
 def until_next(events: Iterable[tuple[float, str]]) -> list[Label]:
-    """Events that last until the next one."""
-    ordered = sorted(events, key=lambda event: event[0])
+    """Events that last until the next one. Raises InputError where their times begin again."""
+    given = list(events)
+    for (before, _), (start, text) in pairwise(given):
+        if start < before - BACK_S:
+            raise InputError.about(
+                f"time of {text[:40]!r}",
+                found=f"{start:.3f} s, behind one at {before:.3f} s",
+                allowed="the events of one sound, in order",
+            )
+    ordered = sorted(given, key=lambda event: event[0])
     ends = [start for start, _ in ordered[1:]] + [ordered[-1][0] + LAST_S] if ordered else []
     return [(start, end, text) for (start, text), end in zip(ordered, ends, strict=True)]
