@@ -217,8 +217,8 @@ def _azure_visemes(events: Sequence[Record]) -> Labels:
     if not in_ms and steps and median(steps) < TICKS_LEAST:  # divided already, as in its examples
         unit, name = (MILLISECOND_S, "milliseconds") if median(steps) > 2 else (1.0, "seconds")
         notes = [f"offsets were taken for {name}: too small for ticks of 100 ns"]
-    events = [(start * unit, viseme) for start, viseme in found]
-    return Labels(phones=until_next(events), alphabet="azure", notes=notes)
+    visemes = [(start * unit, viseme) for start, viseme in found]
+    return Labels(phones=until_next(visemes), alphabet="azure", notes=notes)
 
 
 def _polly(events: Sequence[Record]) -> Labels:
