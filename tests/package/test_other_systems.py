@@ -49,6 +49,7 @@ print(seen)
 """
 EXTRAS = {
     "fastapi",
+    "h11",
     "lightning_fabric",
     "matplotlib",
     "mediapipe",
