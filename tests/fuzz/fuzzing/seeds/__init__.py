@@ -42,10 +42,10 @@ from tests.fuzz.fuzzing.seeds.networks import (
     checkpoints,
     crnn_checkpoints,
     frozen_graphs,
-    phone_encoders,
     shipped,
     transformer_folders,
     transformer_networks,
+    trunks,
 )
 from tests.fuzz.fuzzing.seeds.texts import (
     capture_folders,
@@ -107,7 +107,6 @@ __all__ = [
     "others",
     "output_histories",
     "parts",
-    "phone_encoders",
     "phones",
     "pickles",
     "place",
@@ -125,6 +124,7 @@ __all__ = [
     "tracks",
     "transformer_folders",
     "transformer_networks",
+    "trunks",
     "vertex_lists",
     "videos",
     "vocaset",
