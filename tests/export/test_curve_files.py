@@ -246,3 +246,22 @@ def test_hundredths_may_be_a_little_below_zero(given):
     found = read_curves(given({"fps": 30, "frames": frames}))
     assert found.curves["jawOpen"].tolist() == pytest.approx([-0.002, 0.3])
     assert "up to 90 are taken for hundredths" in found.notes[0]
+
+
+def test_weights_beyond_what_a_shape_has_are_told_with_their_column(given):
+    names, shown = ["jawOpen", "mouthPucker"], np.abs(np.sin(np.arange(60)))[:, None] * [0.8, 0.5]
+    for scale, high, told in (
+        (1, 1.4, ["jawOpen reaches 1.4 at frame 7"]),
+        (1, 6, ["jawOpen reaches 6 at frame 7"]),
+        (100, 130, ["weights up to 130 are taken for hundredths", "jawOpen reaches 1.3 at frame"]),
+        (1, 1.02, []),
+        (100, 100, ["weights up to 100 are taken for hundredths"]),
+    ):
+        rows = scale * shown
+        rows[7, 0] = high
+        lines = [",".join(map(repr, row)) for row in rows.tolist()]
+        path = given("\n".join([",".join(names), *lines]), "take.csv")
+        found = read_curves(path, 30)
+        assert found.curves["jawOpen"].max() == pytest.approx(high / scale)
+        assert len(found.notes) == len(told)
+        assert all(each in note for each, note in zip(told, found.notes, strict=True))

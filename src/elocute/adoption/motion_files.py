@@ -14,7 +14,7 @@ from elocute.errors import InputError, MotionError
 from elocute.export.curve_files import SUFFIXES, read_curves
 from elocute.files.array_reading import npz_names
 from elocute.head.flame import FlameModel, flame_vertices, load_flame
-from elocute.head.flame_layouts import is_flame, read_layout
+from elocute.head.flame_layouts import ASSUMED_FPS, is_flame, read_layout
 from elocute.head.looks import person
 from elocute.head.model import HeadModel
 from elocute.motion.blendshape_solver import solve_weights
@@ -23,7 +23,6 @@ from elocute.motion.motion import Motion
 from elocute.motion.store import load_motion
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 
-ASSUMED_FPS = 30.0
 NPZ_MAX_BYTES = 2_000_000_000
 BLOCK = 300
 """Frames of FLAME's vertices in memory at once."""
@@ -151,7 +150,7 @@ def _of_flame(
             found="FLAME's parameters without its model",
             allowed=f"`flame` with the model that they are of ({FLAME_SUFFIX})",
         )
-    parts, fps, left_out = read_layout(path)
+    parts, fps, left_out = read_layout(path, input_fps)
     notes = []
     if left_out:
         notes.append(f"{path.name}: left out {', '.join(left_out[:6])}")

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from elocute.array_types import Float32Array
 from elocute.corpus.importers.import_report import count_of
 from elocute.errors import CorpusError
-
-GAP_MAX_S = 0.2
-"""Through longer gaps the mouth goes where nobody knows: their clips are left out."""
+from elocute.numerics.resampling import GAP_MAX_S
 
 
 def frame_rows(
