@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from elocute.adoption.motion_files import open_motion
 from elocute.errors import MotionError
 from elocute.export.arkit_csv import arkit_curves, head_poses, write_csv
 from elocute.export.curve_files import AZURE, read_curves
@@ -265,3 +266,11 @@ def test_weights_beyond_what_a_shape_has_are_told_with_their_column(given):
         assert found.curves["jawOpen"].max() == pytest.approx(high / scale)
         assert len(found.notes) == len(told)
         assert all(each in note for each, note in zip(told, found.notes, strict=True))
+
+
+def test_curves_that_go_where_no_face_is_are_refused(given):
+    path = given({"fps": 30, "frames": [{"jawOpen": 0.5}, {"jawOpen": -900_000}]})
+    with pytest.raises(
+        MotionError, match=r"take.json: motion: a vertex .* m .*in frame 1; allowed"
+    ):
+        open_motion(path)

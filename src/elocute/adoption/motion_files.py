@@ -19,7 +19,7 @@ from elocute.head.looks import person
 from elocute.head.model import HeadModel
 from elocute.motion.blendshape_solver import solve_weights
 from elocute.motion.curves import Curves, curves_from_motion, motion_from_curves
-from elocute.motion.motion import Motion
+from elocute.motion.motion import Motion, check_reach
 from elocute.motion.store import load_motion
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 
@@ -95,7 +95,12 @@ def open_motion(
     if path.suffix.lower() in SUFFIXES:
         found, chosen = read_curves(path, input_fps), _chosen(head, mesh)
         motion = motion_from_curves(chosen, found.curves)
-        return _told(replace(motion, rotations=found.rotations(chosen)), found.notes)
+        motion = replace(motion, rotations=found.rotations(chosen))
+        try:
+            check_reach(motion)
+        except MotionError as error:
+            raise MotionError.about(path, found=str(error)) from error
+        return _told(motion, found.notes)
     motion = load_motion(path)
     if head is None:
         return OpenedMotion(motion)

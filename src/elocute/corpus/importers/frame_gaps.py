@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
 from elocute.corpus.importers.import_report import count_of
+from elocute.corpus.length_units import longest_side
 from elocute.errors import CorpusError
 from elocute.numerics.resampling import GAP_MAX_S
+
+FAR_HEADS, FACE_SHARE = 40.0, 0.25
+"""Frames are no faces that reach further than so many heads, or are smaller than that of one."""
 
 
 def frame_rows(
@@ -85,8 +89,8 @@ def filled(frames: Float32Array, rows: NDArray[np.int64]) -> Float32Array:
     return mixed.astype(np.float32, copy=False)
 
 
-def check_finite(frames: Float32Array, source: str | Path) -> None:
-    """Raise CorpusError where a frame (from 0) is not finite.
+def check_frames(frames: Float32Array, source: str | Path, template: NDArray[np.floating]) -> None:
+    """Raise CorpusError where frames are no faces.
 
     Parameters
     ----------
@@ -94,6 +98,14 @@ def check_finite(frames: Float32Array, source: str | Path) -> None:
         Of one recording.
     source : str or Path
         Where they are from, for the message.
+    template : (vertex, 3) float
+        The neutral face, in the same unit.
+
+    Raises
+    ------
+    CorpusError
+        For a frame (from 0) that is not finite or far from a head, and for displacements from the
+        neutral face.
     """
     wrong = ~np.isfinite(frames).all(axis=(1, 2))
     if wrong.any():
@@ -102,4 +114,21 @@ def check_finite(frames: Float32Array, source: str | Path) -> None:
             source,
             found=f"NaN or infinity in frame {int(wrong.argmax())} of {len(frames)}{more}",
             allowed="finite numbers",
+        )
+    size = longest_side(template)
+    furthest = np.maximum(frames.max(axis=(1, 2)), -frames.min(axis=(1, 2)))
+    if furthest.max(initial=0) > np.abs(template).max() + FAR_HEADS * size:
+        frame = int(furthest.argmax())
+        raise CorpusError.about(
+            source,
+            found=f"{furthest[frame]:.3g} in frame {frame}, beside a head of {size:.3g}",
+            allowed="vertices in the unit of the neutral face",
+        )
+    shown = max(map(longest_side, frames[:: max(1, len(frames) // 8)]), default=size)
+    if shown < FACE_SHARE * size:
+        raise CorpusError.about(
+            source,
+            found=f"points {shown:.3g} apart at most, beside a head of {size:.3g}: displacements",
+            allowed="vertices",
+            remedy="add the neutral face to every frame",
         )
