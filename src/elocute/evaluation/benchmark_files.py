@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.importers.folder import read_vertices, subject_and_sentence
 from elocute.corpus.importers.foreign_arrays import checked_templates
-from elocute.corpus.importers.frame_gaps import check_frames
+from elocute.corpus.importers.frame_gaps import check_finite
 from elocute.corpus.importers.published_splits import (
     BIWI_PARTS,
     BIWI_SEEN,
@@ -266,7 +266,7 @@ def read_prediction(path: Path, template: NDArray[np.float32]) -> VertexMotion:
     vertices = read_vertices(path, len(template))
     if not len(vertices):
         raise CorpusError.about(path, found="no frame", allowed="one or more")
-    check_frames(vertices, path, template)
+    check_finite(vertices, path)
     return VertexMotion(vertices, template, 1.0)
 
 

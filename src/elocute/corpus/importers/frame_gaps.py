@@ -89,8 +89,8 @@ def filled(frames: Float32Array, rows: NDArray[np.int64]) -> Float32Array:
     return mixed.astype(np.float32, copy=False)
 
 
-def check_frames(frames: Float32Array, source: str | Path, template: NDArray[np.floating]) -> None:
-    """Raise CorpusError where frames are no faces.
+def check_finite(frames: Float32Array, source: str | Path) -> None:
+    """Raise CorpusError where a frame (from 0) is not finite.
 
     Parameters
     ----------
@@ -98,14 +98,6 @@ def check_frames(frames: Float32Array, source: str | Path, template: NDArray[np.
         Of one recording.
     source : str or Path
         Where they are from, for the message.
-    template : (vertex, 3) float
-        The neutral face, in the same unit.
-
-    Raises
-    ------
-    CorpusError
-        For a frame (from 0) that is not finite or far from a head, and for displacements from the
-        neutral face.
     """
     wrong = ~np.isfinite(frames).all(axis=(1, 2))
     if wrong.any():
@@ -115,6 +107,19 @@ def check_frames(frames: Float32Array, source: str | Path, template: NDArray[np.
             found=f"NaN or infinity in frame {int(wrong.argmax())} of {len(frames)}{more}",
             allowed="finite numbers",
         )
+
+
+def check_frames(frames: Float32Array, source: str | Path, template: NDArray[np.floating]) -> None:
+    """Raise CorpusError where frames are no faces: not finite, far off, or displacements.
+
+    Parameters
+    ----------
+    frames, source
+        As for `check_finite`.
+    template : (vertex, 3) float
+        The neutral face, in the same unit.
+    """
+    check_finite(frames, source)
     size = longest_side(template)
     furthest = np.maximum(frames.max(axis=(1, 2)), -frames.min(axis=(1, 2)))
     if furthest.max(initial=0) > np.abs(template).max() + FAR_HEADS * size:
