@@ -179,6 +179,23 @@ def test_captions_that_roll_up_without_times_of_words():
     assert [said for _, _, said in captions_of(chorus)] == ["No."] * 4
 
 
+def test_captions_that_light_up_word_after_word():
+    """As Whisper and its kin write them where they are asked for highlighted words."""
+    shown = ["I am here", "<u>I</u> am here", "I <u>am</u> here", "I am here", "I am <u>here</u>"]
+    srt = "".join(
+        f"{at}\n00:00:0{at},000 --> 00:00:0{at + 1},000\n{line}\n\n"
+        for at, line in enumerate(shown)
+    )
+    words = [(1.0, 2.0, "I"), (2.0, 3.0, "am"), (4.0, 5.0, "here")]
+    assert words_of_captions(srt) == words
+    assert words_of_captions(
+        srt.replace("<u>", '<font color="#00ff00">').replace("/u", "/font")
+    ) == (words)
+    assert captions_of(srt) == [(0.0, 5.0, "I am here")]
+    twice = "".join(f"00:0{n}.000 --> 00:0{n + 1}.000\nI <i>am</i>.\n\n" for n in range(2))
+    assert captions_of(twice) == [(0.0, 1.0, "I am."), (1.0, 2.0, "I am.")]
+
+
 def test_line_ends_of_old_machines():
     assert captions_of(SRT.replace("\n", "\r")) == captions_of(SRT)
     assert is_captions(SRT.replace("\n", "\r"))

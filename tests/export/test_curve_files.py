@@ -181,6 +181,8 @@ def test_tables_with_other_columns_and_marks(given):
     found = read_curves(given(live_link(codes, some, ";"), "a.csv"))
     assert np.allclose(found.curves.select(some).values, WEIGHTS[:, :20])
     assert not found.curves["tongueOut"].any()
+    comma = live_link(codes, some, ";").replace("0.", "0,")
+    assert np.allclose(read_curves(given(comma, "a.csv")).curves.values, found.curves.values)
     rows = [["timeCode", "blendShapes.JawOpen", "blendShapes.MouthClose", "emotion.joy"]]
     rows += [[f / 30, 0.5, 0.25, 1] for f in range(60)]
     path = given("", "a2f.csv")

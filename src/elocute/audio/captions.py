@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 from elocute.audio.script_text import left_out_note, spoken_script
 from elocute.audio.timed_labels import CLOCK, LABELS_MAX, OPEN_S, Label, clock_seconds
@@ -21,6 +21,7 @@ _TIMES = re.compile(
 _NOTES = re.compile(r"(NOTE|STYLE|REGION)\b")
 _MARK = re.compile(rf"<({CLOCK})>")
 _TAGS = re.compile(r"<[^<>]*>|\{\\[^{}]*\}")
+_LIT = re.compile(r"<(u|b|i|font)\b[^<>]*>([^<>]+)</\1>")
 _FIRST_MARK, MARKS_MAX = 0xE000, 6400
 """Letters of private use stand for the times in a caption while its text is cleaned."""
 _MARKS = re.compile(r"[\ue000-\uf8ff]")
@@ -137,7 +138,7 @@ def _captions(text: str) -> list[_Caption]:
     """The captions of a text as they stand there. Raises InputError."""
     parse = _ass if _is_ass(text) else _timed if _TIMES.search(text) else _lyrics
     found = []
-    for number, (start, end, body) in enumerate(parse(text), 1):
+    for number, (start, end, body) in enumerate(_lit_up(parse(text)), 1):
         if number > LABELS_MAX:
             raise InputError(f"more than {LABELS_MAX} captions; allowed: up to {LABELS_MAX}")
         if end < start:
@@ -175,6 +176,25 @@ def _without_repeats(captions: list[_Caption]) -> Iterator[_Caption]:
         same = next((n for n in range(most, 0, -1) if before[-n:] == lines[:n]), 0)
         before = lines or before
         yield _Caption(caption.start, caption.end, caption.lines[same:], caption.marks)
+
+
+def _lit_up(cues: Iterable[Label]) -> Iterator[Label]:
+    """Captions that come again for each word, which is lit up while it is said, as one each."""
+    for text, again in groupby(cues, key=lambda cue: _TAGS.sub("", cue[2]).strip("\n")):
+        group = list(again)
+        times: dict[int, list[float]] = {}
+        for start, end, body in group:
+            lit = list(_LIT.finditer(body.strip("\n")))
+            if len(lit) == 1:
+                place = len(_TAGS.sub("", body.strip("\n")[: lit[0].start()]))
+                times.setdefault(place, []).append(start)
+                times.setdefault(place + len(_TAGS.sub("", lit[0][2])), []).insert(0, end)
+        if len(times) <= 2:  # none, or always the same
+            yield from group
+            continue
+        for place in sorted(times, reverse=True):
+            text = text[:place] + "".join(map(_tag, times[place])) + text[place:]
+        yield group[0][0], group[-1][1], text
 
 
 def _timed(text: str) -> Iterator[Label]:
@@ -252,7 +272,7 @@ def _lyrics(text: str) -> Iterator[Label]:
 
 
 def _tag(seconds: float) -> str:
-    return f"<{int(seconds // 60):02}:{seconds % 60:06.3f}>"
+    return f"<{int(seconds // 3600)}:{int(seconds // 60 % 60):02}:{seconds % 60:06.3f}>"
 
 
 def _plain_lines(text: str) -> str:

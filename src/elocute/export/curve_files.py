@@ -282,7 +282,7 @@ def _rows_of_csv(path: Path, header: list[str], rows: Iterator[list[str]]) -> _T
         if not any(cell.strip() for cell in row):
             continue
         try:
-            values = [float(row[column]) for column in columns]
+            values = [float(row[column].replace(",", ".")) for column in columns]
         except (ValueError, IndexError) as error:
             raise MotionError.about(
                 f"{path} row {number}", found="values that are not numbers"
