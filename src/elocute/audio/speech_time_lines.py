@@ -182,9 +182,9 @@ def _voice(rows: Iterator[str], fps: float) -> Labels:
     Raises StopIteration and ValueError for another form.
     """
     words, phones = list[Label](), list[Label]()
-    next(rows), next(rows)  # a name and all of the text
+    _ = next(rows), next(rows)  # a name and all of the text
     for _ in range(int(next(rows))):
-        next(rows), next(rows), next(rows)  # the text of a phrase, and its frames
+        _ = next(rows), next(rows), next(rows)  # the text of a phrase, and its frames
         for _ in range(int(next(rows))):
             word, first, last, count = next(rows).rsplit(" ", 3)
             end = (int(last) + 1) / fps

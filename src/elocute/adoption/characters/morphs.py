@@ -130,9 +130,10 @@ def _bounds(document: GltfDocument, mesh: dict[str, Any], place: int) -> tuple[f
     """How far a target moves the primitives, least and most; None where the file does not say."""
     accessors, found = document.records("accessors"), list[float]()
     for primitive in mesh["primitives"]:
-        position = primitive["targets"][place].get("POSITION")
+        position: int | None = primitive["targets"][place].get("POSITION")
+        accessor = {} if position is None else accessors[position]
         for end in () if position is None else ("min", "max"):
-            given = accessors[position].get(end)
+            given = accessor.get(end)
             values = [*map(finite_number, given)] if isinstance(given, list) else []
             numbers = [value for value in values[:4] if value is not None]
             if len(values) != 3 or len(numbers) != 3:
