@@ -77,6 +77,14 @@ def test_gaps_that_nobody_can_fill_are_refused_with_their_frames(tmp_path):
         assert len(read_layout(given)[0]["pose"]) == 11  # 0.2 s at 30 a second
 
 
+@pytest.mark.parametrize("name", ["exp", "jaw_pose", "fps"])
+def test_empty_arrays_are_refused(tmp_path, name):
+    given = {"exp": np.zeros((2, 50)), "jaw_pose": np.zeros((2, 3)), "fps": np.array([30.0])}
+    np.savez(tmp_path / "a.npz", **given | {name: np.zeros((0, 3))})
+    with pytest.raises(HeadError, match=f"no usable {name}"):
+        read_layout(tmp_path / "a.npz")
+
+
 @pytest.mark.parametrize("lost", [slice(4, 9), slice(0, 5), slice(15, 20)])
 def test_frames_of_nan_are_filled_where_they_are_few(tmp_path, lost):
     jaw = np.linspace(0, 0.19, 20)[:, None] * [1, 0, 0]

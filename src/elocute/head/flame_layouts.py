@@ -214,8 +214,8 @@ def _parts(
         return next((name for name in names if name in stored), None)
 
     def rows(name: str) -> Float64Array:
-        values = stored[name]
-        if values.dtype.kind not in "fiu" or not 1 <= values.ndim <= 3:
+        values = np.atleast_1d(stored[name])
+        if values.dtype.kind not in "fiu" or values.ndim > 3 or not values.size:
             raise HeadError.about(path, found=f"no usable {name}", allowed=ALLOWED)
         return np.array(values, np.float64).reshape(-1, values.shape[-1])
 
@@ -242,7 +242,7 @@ def _parts(
         raise HeadError.about(path, found="parts that do not fit each other", allowed=ALLOWED)
     parts["translation"] = np.broadcast_to(parts["translation"], (count, 3)).copy()
     rate = one(RATE)
-    stated = None if rate is None else float(np.asarray(stored[rate], np.float64).reshape(-1)[0])
+    stated = None if rate is None else float(rows(rate).flat[0])
     if stated is not None and not 0 < stated < 1e4:
         raise HeadError.about(path, found="parts that do not fit each other", allowed=ALLOWED)
     _fill(path, parts, fps or stated or ASSUMED_FPS)
@@ -254,7 +254,8 @@ def _parts(
     if (high := np.abs(parts["expression"]).max(initial=0)) > DEVIATIONS_MAX:
         allowed = f"standard deviations, to {DEVIATIONS_MAX:g}"
         raise HeadError.about(path, found=f"an expression of {high:.3g}", allowed=allowed)
-    turn = np.linalg.norm(parts["pose"][:, 6:9], axis=1).max()
+    with np.errstate(over="ignore"):
+        turn = np.linalg.norm(parts["pose"][:, 6:9], axis=1).max()
     if turn > TURN_MAX:
         found = f"a jaw that turns by {turn:.3g}"
         raise HeadError.about(path, found=found, allowed=f"radians, to {TURN_MAX:g}")
