@@ -162,8 +162,8 @@ no<00:00:05.200><c> no</c>
 def test_captions_that_roll_up_say_each_word_once_at_its_time():
     hello = [(0.08, 0.48, "hello"), (0.48, 0.719, "there")]
     names = [(0.719, 2.31, "Tom"), (0.719, 2.31, "Ann")]
-    noes = [(2.32, 4.789, "no"), (4.799, 5.2, "no"), (5.2, 6.0, "no")]
-    assert words_of_captions(YOUTUBE) == [*hello, *names, *noes]
+    denied = [(2.32, 4.789, "no"), (4.799, 5.2, "no"), (5.2, 6.0, "no")]
+    assert words_of_captions(YOUTUBE) == [*hello, *names, *denied]
     assert said_text(YOUTUBE)[0] == "hello there Tom & Ann\nno\nno no"
 
 
@@ -238,6 +238,12 @@ def test_lyrics_begin_with_their_times():
     hello = [(1.0, 3.0, "Hello"), (1.0, 3.0, "there")]
     again = [(5.0, 5.6, "Hello"), (5.0, 5.6, "there")]
     assert words_of_captions(LRC) == [*hello, (3.0, 3.5, "I"), (3.5, 4.5, "live"), *again]
+
+
+def test_a_transcript_with_times_keeps_the_lines_between_them():
+    text = "[00:00] BOB: Hello.\nHow are you?\n\n[00:05.5] ANN: Fine.\n"
+    assert captions_of(text) == [(0.0, 5.5, "Hello.\nHow are you?"), (5.5, 6.1, "Fine.")]
+    assert is_captions(text) and not is_captions("Hello.\n[00:05] Fine.\n")
 
 
 def test_subtitles_of_other_kinds_are_refused_in_one_line(tmp_path):

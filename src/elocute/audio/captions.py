@@ -27,7 +27,8 @@ _FIRST_MARK, MARKS_MAX = 0xE000, 6400
 _MARKS = re.compile(r"[\ue000-\uf8ff]")
 _ASS_HEAD = re.compile(r"\s*\[(?:script info|v4\+? styles|events)\]", re.IGNORECASE)
 _ASS_EVENT = re.compile(r"^Dialogue:.*\d:\d\d:\d\d\.\d", re.MULTILINE)
-_LRC = re.compile(rf"^((?:[ \t]*\[{CLOCK}\])+)(.*)", re.MULTILINE)
+_LRC = re.compile(rf"^(?:[ \t]*\[{CLOCK}\])+", re.MULTILINE)
+_LRC_HEAD = re.compile(rf"\s*(?:\[[a-z#]{{1,10}}:[^\]\n]*\]\s*)*\[{CLOCK}\]", re.IGNORECASE)
 _LRC_OFFSET = re.compile(r"^\[offset:[ \t]*([+-]?\d{1,7})\]", re.MULTILINE | re.IGNORECASE)
 
 
@@ -51,7 +52,7 @@ class _Caption:
 def is_captions(text: str) -> bool:
     """Whether a text is one of subtitles: it has lines that begin with their times."""
     head = _plain_lines(text[:HEAD_MAX])
-    return any(pattern.search(head) for pattern in (_TIMES, _LRC)) or _is_ass(text)
+    return bool(_TIMES.search(head) or _LRC_HEAD.match(head)) or _is_ass(text)
 
 
 def captions_of(text: str) -> list[Label]:
@@ -244,7 +245,7 @@ def _ass_text(text: str, start: float) -> str:
         if number % 2 == 0:
             plain += "" if is_drawing else part
             continue
-        *before, last = [0, *map(int, re.findall(r"\\[kK][fo]?(\d{1,6})", part))]
+        *before, last = [0, *map(int, re.findall(r"\\[kK][of]?(\d{1,6})", part))]
         plain += _tag(at + sum(before) / 100) if before else ""
         at += (sum(before) + last) / 100
         for size in re.findall(r"\\p(\d)", part):
@@ -260,10 +261,12 @@ def _lyrics(text: str) -> Iterator[Label]:
     def moved(time: str) -> float:
         return max(round((clock_seconds(time) or 0.0) - sooner, 3), 0.0)
 
+    marks = list(_LRC.finditer(text))
+    stops = [*(mark.start() for mark in marks[1:]), len(text)][: len(marks)]
     lines = [
-        (moved(time), _MARK.sub(lambda mark: _tag(moved(mark[1])), match[2]))
-        for match in _LRC.finditer(text)
-        for time in re.findall(CLOCK, match[1])
+        (moved(time), _MARK.sub(lambda at: _tag(moved(at[1])), text[mark.end() : stop]))
+        for mark, stop in zip(marks, stops, strict=True)
+        for time in re.findall(CLOCK, mark[0])
     ]
     lines.sort(key=lambda each: each[0])
     starts = [start for start, _ in lines]
