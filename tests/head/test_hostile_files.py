@@ -172,5 +172,6 @@ def test_motions_that_go_where_no_face_is_are_refused(tmp_path):
     head = load_builtin_head()
     turns = np.tile(no_turn(5)[:, None], (1, len(head.joint_names), 1))
     turns[2, 1] = 1e30
-    save_motion(Motion(head, np.zeros((5, len(head.expression_names))), 30.0, turns), path)
+    still = np.zeros((5, len(head.expression_names)), np.float32)
+    save_motion(Motion(head, still, 30.0, turns), path)
     assert "in frame 2; allowed: quaternions of length 1" in refused(path, load_motion)
