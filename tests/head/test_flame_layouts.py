@@ -80,7 +80,8 @@ def test_gaps_that_nobody_can_fill_are_refused_with_their_frames(tmp_path):
 @pytest.mark.parametrize("name", ["exp", "jaw_pose", "fps"])
 def test_empty_arrays_are_refused(tmp_path, name):
     given: dict[str, Any] = {"exp": np.zeros((2, 50)), "jaw_pose": np.zeros((2, 3)), "fps": 30.0}
-    np.savez(tmp_path / "a.npz", **given | {name: np.zeros((0, 3))})
+    given[name] = np.zeros((0, 3))
+    np.savez(tmp_path / "a.npz", **given)
     with pytest.raises(HeadError, match=f"no usable {name}"):
         read_layout(tmp_path / "a.npz")
 
