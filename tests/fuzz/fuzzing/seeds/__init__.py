@@ -14,6 +14,7 @@ from tests.fuzz.fuzzing.seeds.corpora import (
 from tests.fuzz.fuzzing.seeds.heads import (
     characters,
     flame,
+    flame_layouts,
     flame_parameters,
     frames,
     heads,
@@ -86,6 +87,7 @@ __all__ = [
     "features",
     "flacs",
     "flame",
+    "flame_layouts",
     "flame_parameters",
     "folder_corpus",
     "frames",
