@@ -37,6 +37,8 @@ SPREAD = ("tests/test_documented.py",)
 """Long files whose costly fixtures are made once a run: any worker may take any test of them."""
 LARGE = ("elocute.head.looks", "elocute.adoption", "elocute.animation", "elocute.export")
 """Modules whose caches hold tens of megabytes."""
+ROOM_MB = 950
+"""A worker that takes more lets go of what can be made again; 1500 are promised."""
 FIRST = ("propagation", "cli", "capture", "study", "adoption", "export")
 """Where the longest files are: last, they would be waited for by one worker alone."""
 
@@ -68,10 +70,26 @@ def own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         yield
 
 
+def pytest_collection_finish() -> None:
+    """What is imported stays: the collector need not look through it again and again."""
+    gc.collect()
+    gc.freeze()
+
+
+def memory_mb() -> float:
+    """What this process has in memory; endless where the system does not tell it so."""
+    place = Path("/proc/self/statm")
+    if not place.exists():
+        return float("inf")
+    return int(place.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
 @pytest.fixture(scope="module", autouse=True)
 def forgotten() -> Iterator[None]:
     """What modules keep of large things, as pictures and dressed heads, does not add up."""
     yield
+    if memory_mb() < ROOM_MB:
+        return
     for name, module in list(sys.modules.items()):
         if name.startswith(LARGE):
             for kept in list(vars(module).values()):

@@ -11,7 +11,7 @@ from elocute.head.identity import resolve_identity
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.edits import with_blinks, with_identity_over_time, with_pose
 from elocute.motion.store import load_motion, save_motion
-from tests.support.commands import run_apart as run
+from tests.support.commands import run_here as run
 
 
 @pytest.fixture(scope="module")
