@@ -35,6 +35,8 @@ from tests.support.once_a_run import once_a_run  # noqa: E402
 ROOT = Path(__file__).parents[1]
 SPREAD = ("tests/test_documented.py",)
 """Long files whose costly fixtures are made once a run: any worker may take any test of them."""
+TOGETHER = ("tests/capture/scans", "tests/capture/video")
+"""Folders whose scans and films are made once for all: one worker takes all tests of each."""
 LARGE = ("elocute.head.looks", "elocute.adoption", "elocute.animation", "elocute.export")
 """Modules whose caches hold tens of megabytes."""
 ROOM_MB = 950
@@ -50,7 +52,10 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
     class ByFile(LoadFileScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            return nodeid if nodeid.startswith(SPREAD) else super()._split_scope(nodeid)
+            if nodeid.startswith(SPREAD):
+                return nodeid
+            together = [folder for folder in TOGETHER if nodeid.startswith(folder)]
+            return together[0] if together else super()._split_scope(nodeid)
 
     config.option.loadscopereorder = False
     return ByFile(config, log)

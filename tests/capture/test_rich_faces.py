@@ -52,7 +52,7 @@ def said_by(head, log_posteriors, seed, richness=None, name="once"):
     return person.take(log_posteriors, RATE, frame_count=count, fps=FPS, name=name)
 
 
-@pytest.fixture(scope="module", params=[3, 11])
+@pytest.fixture(scope="module", params=[3, pytest.param(11, marks=pytest.mark.slow)])
 def take(request, head, log_posteriors):
     return said_by(head, log_posteriors, request.param)
 

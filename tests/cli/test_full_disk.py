@@ -110,10 +110,10 @@ def test_the_log_of_a_training_on_a_full_disk(small):
 def test_a_full_folder_for_temporary_files_does_not_matter(talk, small, tmp_path):
     (small / "full").write_bytes(b"x" * os.statvfs(small).f_bavail * 4096)
     environment = os.environ | {"TMPDIR": str(small)}
-    for kind in ("npz", "glb", "html", "png"):
-        target = tmp_path / f"a.{kind}"
-        done = run("render", talk, "-o", target, env=environment)
-        assert done.returncode == 0 and target.is_file()
+    targets = [tmp_path / f"a.{kind}" for kind in ("npz", "glb", "html", "png")]
+    outputs = [word for target in targets for word in ("-o", target)]
+    assert run("render", talk, *outputs, env=environment).returncode == 0
+    assert all(target.is_file() for target in targets)
 
 
 def test_standard_output_that_is_full_or_closed():
