@@ -101,6 +101,8 @@ def forgotten() -> Iterator[None]:
                 if hasattr(kept, "cache_clear"):
                     kept.cache_clear()
     gc.collect()
+    if (pyarrow := sys.modules.get("pyarrow")) is not None:
+        pyarrow.default_memory_pool().release_unused()
     if sys.platform == "linux":
         ctypes.CDLL(None).malloc_trim(0)  # the allocator gives back what was freed
 
