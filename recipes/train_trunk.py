@@ -22,6 +22,7 @@ import csv
 import hashlib
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,7 @@ REFERENCE = Path(__file__).parents[1] / "benchmarks" / "encoder_reference.json"
 NEVER_READ = "libri_other"
 EVERY, FIRST = 8, 3  # of the talkers by number of clips, those held out
 MADE_EACH = 10
+AGAIN = {"trunk_rate": 1e-4, "head_rate": 5e-4}  # of phones that are taught on alone
 FLITE_MINUTES, FESTIVAL_MINUTES = 35, 30
 JUDGED_EVERY = 6  # of the test recordings, while teaching
 AHEAD_FILE, AHEAD_STREAM = 25, 2
@@ -158,6 +160,8 @@ def write_nothing(data: Path, work: Path) -> None:
 
 def teach(chosen: argparse.Namespace) -> None:
     settings = FitSettings(minutes=chosen.minutes, seed=chosen.seed)
+    if chosen.phones_alone:
+        settings = replace(settings, phones_alone=True, mouths=1, speech=8, **AGAIN)
     data = chosen.data
     words = read_mouths(data / "talkers" / "train")
     measuring = (data / "grid_s1" / "dev.txt").read_text(encoding="utf-8").split()
@@ -236,6 +240,7 @@ def main() -> None:
     parser.add_argument("--layers", type=int, default=TrunkConfig.layers)
     parser.add_argument("--seed", type=int, default=FitSettings.seed)
     parser.add_argument("--held-out", action="store_true")
+    parser.add_argument("--phones-alone", action="store_true", help="leave the mouth as it is")
     parser.add_argument("-o", "--output", type=Path, default=SHIPPED_PATH)
     chosen = parser.parse_args()
     torch.set_num_threads(1)

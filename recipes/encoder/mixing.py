@@ -25,7 +25,7 @@ MIX = {
     "precise": 0.04,
     "readers": 0.25,
     "untold": 0.12,
-    "nothing": 0.12,
+    "nothing": 0.20,
     "voices": 0.04,
 }
 NOTHING_SHARE = 0.02

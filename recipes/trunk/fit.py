@@ -46,6 +46,8 @@ class FitSettings:
         hearing the whole.
     mouth_pull, phones_pull : float
         Share of the gradient of each head that reaches the layers up to the mouth's.
+    phones_alone : bool
+        Whether the mouth and what it hears through stay as the checkpoint has them.
     """
 
     minutes: float = 50.0
@@ -67,6 +69,7 @@ class FitSettings:
     importance: tuple[float, ...] = (1.0, 0.6, 0.4, 0.6, 0.4, 0.4)
     ema: float = 0.998
     report_minutes: float = 12.0
+    phones_alone: bool = False
     seed: int = 7
 
 
@@ -161,9 +164,13 @@ def fit(
         trunk.load_state_dict(state["trunk"])
         mean.load_state_dict(state["mean"])
         optimiser.load_state_dict(state["optimiser"])
-        step, spent = state["step"], state["spent"]
+        step, spent = state["step"], 0.0 if settings.phones_alone else state["spent"]
     else:
         mean.load_state_dict(trunk.state_dict())
+    if settings.phones_alone:
+        later = tuple(f"layers.{number}." for number in range(config.mouth_layer, config.layers))
+        for name, parameter in trunk.named_parameters():
+            parameter.requires_grad_(name.startswith(("phones.", *later)))
     draw, front_end = random.Random(settings.seed + step), BatchLogMel(settings.seed + step)
     lips = torch.ones(len(PHONES))
     lips[[PHONES.index(phone) for phone in LIPS]] = settings.lip_weight

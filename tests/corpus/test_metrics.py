@@ -262,7 +262,7 @@ class TestBootstrap:
         lists = builtin_region("lips"), builtin_region("upper_face")
         clips = [
             clip_metrics(recorded_motion(corpus, a), recorded_motion(corpus, a), *lists, mouth=True)
-            for a in ("plain.s0", "broad.s0")
+            for a in ("plain.s1", "broad.s1")  # in which an m is said
         ]
         summary = metric_intervals(clips)
         assert summary["mve_mm"].value == 0

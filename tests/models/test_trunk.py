@@ -156,7 +156,7 @@ def test_far_below_the_loudest_nobody_speaks(path, speech) -> None:
     hearing.flush()
     silence = np.exp(hearing.phones.flush()[:, 0])
     rows = len(speech) // ROW_SAMPLES
-    assert silence[rows + 20 :].min() > 0.999 and silence[:rows].min() < 0.9
+    assert silence[rows + 20 :].min() > 0.95 and silence[:rows].min() < 0.9
 
 
 def test_a_file_that_is_no_trunk_is_refused(tmp_path, path) -> None:
