@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -13,8 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elocute.audio.decoders import CHANNELS_MAX, FORMATS
-from elocute.audio.read import CANCELLING, loudest_of_cancelling, open_audio
-from elocute.audio.waveform import Waveform
+from elocute.audio.read import (
+    CANCELLING,
+    loudest_of_cancelling,
+    open_audio,
+    resampled_blocks,
+)
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.errors import AudioError
 from elocute.files.reading import bytes_text, path_of
 from elocute.numerics.input_checks import NUMBERS_MAX, array_of, whole_number
@@ -97,6 +103,36 @@ def resolve_speech(
             return path
         return _read_whole(path, str(path), choice, notes)
     return _decoded(speech, choice, notes)
+
+
+def speech_blocks(
+    sound: Path | Waveform, channel: int | None = None, notes: list[str] | None = None
+) -> Iterator[NDArray[np.float32]]:
+    """What `resolve_speech` gave, as it is listened to.
+
+    Parameters
+    ----------
+    sound : Path or Waveform
+        The sound.
+    channel : int, optional
+        The channel to take of a file, instead of their mean.
+    notes : list of str, optional
+        Takes what is to be known about it.
+
+    Yields
+    ------
+    (sample,) float32
+        Mono at 16 kHz.
+
+    Raises
+    ------
+    AudioError
+        As `AudioStream.blocks`.
+    """
+    if isinstance(sound, Waveform):
+        yield sound.resample(SPEECH_RATE).samples
+    else:
+        yield from resampled_blocks(sound, SPEECH_RATE, channel, notes=notes)
 
 
 @dataclass(frozen=True)
