@@ -132,7 +132,7 @@ class Recogniser:
                     code, language = detected, _SPOKEN.get(detected, detected)
                     notes.append(f"language heard: {detected}")
                 words += heard.timed(pronounce(heard.text, language))
-                texts.append(heard.text)
+                texts.append(heard.text.strip())
             if progress is not None:
                 progress(start_s + len(piece) / SPEECH_RATE)
         if not words:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -227,12 +227,12 @@ def _missed(words: list[AlignedWord], heard: Float32Array) -> list[tuple[float, 
 
 
 def _within(phones: list[Phone], stretches: list[tuple[float, float]]) -> list[Phone]:
-    """What of phones in order lies in stretches."""
-    starts, ends = [start for start, _, _ in phones], [end for _, end, _ in phones]
+    """Those phones in order, cut where a stretch ends, of which most lies in it."""
+    middles = [(start + end) / 2 for start, end, _ in phones]
     return [
         (max(a, start), min(b, end), phone)
         for start, end in stretches
-        for a, b, phone in phones[bisect_right(ends, start) : bisect_left(starts, end)]
+        for a, b, phone in phones[bisect_left(middles, start) : bisect_left(middles, end)]
     ]
 
 
