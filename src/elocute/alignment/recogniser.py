@@ -20,13 +20,14 @@ from typing import Any
 import numpy as np
 
 from elocute.alignment.phone_alignment import PronouncedWord
-from elocute.alignment.pronunciation import pronounce
+from elocute.alignment.pronunciation import pronounce, pronounce_each
 from elocute.alignment.transcript import CAPTION_SLACK_S, Transcript
 from elocute.array_types import Float32Array
 from elocute.audio.speech_input import speech_blocks
 from elocute.audio.voice_settings import language_names
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.errors import InputError, MachineError, ModelError, needs_extra
+from elocute.files.onnx_session import load_onnxruntime
 from elocute.one_line_repr import brief
 
 Transcribe = bool | str | os.PathLike[str]
@@ -119,6 +120,8 @@ class Recogniser:
             Where espeak-ng is missing.
         """
         code = self._code(language)
+        if language != "auto":
+            pronounce_each(["a"], language)  # told before an hour is listened to
         words: list[PronouncedWord] = []
         texts: list[str] = []
         seams: list[float] = []
@@ -131,8 +134,14 @@ class Recogniser:
                 if code is None:
                     code, language = detected, _SPOKEN.get(detected, detected)
                     notes.append(f"language heard: {detected}")
-                words += heard.timed(pronounce(heard.text, language))
-                texts.append(heard.text.strip())
+                try:
+                    words += heard.timed(pronounce(heard.text, language))
+                    texts.append(heard.text.strip())
+                except InputError:
+                    told = (
+                        f"words from {start_s:g} s on, which espeak-ng does not speak in {language}"
+                    )
+                    notes.append(f"left to the encoder: {told}")
             if progress is not None:
                 progress(start_s + len(piece) / SPEECH_RATE)
         if not words:
@@ -265,6 +274,7 @@ def recogniser_folder(name: str) -> Path:
         As `open_recogniser`.
     """
     with needs_extra("recognising words", "transcribe"):
+        load_onnxruntime()  # it listens for voices, and sends nothing
         from faster_whisper import available_models, download_model
     if Path(name).is_dir():
         return Path(name)
