@@ -76,19 +76,7 @@ def known_speech(
 
 
 def transcribed_speech(transcript: Transcript, notes: tuple[str, ...] = ()) -> KnownSpeech:
-    """What a transcript says of a speech.
-
-    Parameters
-    ----------
-    transcript : Transcript
-        Where it is recognised and has no words, nothing is known.
-    notes : tuple of str
-        What is known about it already.
-
-    Returns
-    -------
-    KnownSpeech
-    """
+    """What a transcript says of a speech: nothing where no words were recognised."""
     told, words = [*notes, *transcript.notes], list[Label]()
     if not transcript.words:
         return KnownSpeech(None, told)

@@ -6,6 +6,7 @@ import sys
 from dataclasses import replace
 from difflib import SequenceMatcher
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ import elocute
 from elocute.alignment import recogniser
 from elocute.alignment.heard_phones import heard_phones
 from elocute.alignment.phone_alignment import PronouncedWord
-from elocute.alignment.recogniser import Recogniser, open_recogniser, recognise
+from elocute.alignment.recogniser import recognise
 from elocute.alignment.transcript import Transcript, transcribe
 from elocute.articulation.driver import posteriors_from_phones
 from elocute.audio.espeak import has_espeak
@@ -167,16 +168,16 @@ def test_nothing_is_invented_where_nobody_speaks(whisper, level):
 
 
 def test_words_of_the_text_have_the_times_of_its_parts():
-    """As Whisper parts a text: marks at their words, a price and a year in two."""
-    written = recogniser._Written(
-        " That's $9.99, please.",
-        [7, 10, 14, 22],
-        [(0.1, 0.5), (0.5, 0.9), (0.9, 1.4), (1.4, 2.0)],
-        [0.9, 0.8, 0.1, 0.9],
-    )
+    """As Whisper parts a text: marks at their words, a price in two."""
+    parts = [
+        recogniser._Part(" That's", 0.1, 0.5, 0.9),
+        recogniser._Part(" $9", 0.5, 0.9, 0.8),
+        recogniser._Part(".99,", 0.9, 1.4, 0.05),
+        recogniser._Part(" please.", 1.4, 2.0, 0.9),
+    ]
     words = [PronouncedWord(text, ("AH",)) for text in ("That's", "$9.99", "please")]
+    timed = list(recogniser._timed(words, " That's $9.99, please.", parts))
     slack = recogniser.CAPTION_SLACK_S
-    timed = list(written.timed(words))
     spans = [(word.span_s[0] + slack, word.span_s[1] - slack) for word in timed if word.span_s]
     assert np.allclose(spans, [(0.1, 0.5), (0.5, 1.4), (1.4, 2.0)])
     assert [word.sure for word in timed] == [True, False, True]
@@ -189,47 +190,41 @@ def test_words_with_confidence(speech_wav, whisper):
     assert abs(voice.start_s - 2.155) < 0.05 and voice.confidence > 0.2
 
 
-def test_languages_are_called_as_whisper_calls_them(whisper):
-    model = open_recogniser(whisper)
-    assert model._code("auto") == model._code("en-GB") == "en"
-    with pytest.raises(InputError, match=r"`language`: 'de', which .* does not recognise; allowed"):
-        model._code("de")
-
-    class Multilingual:
-        supported_languages = ("en", "de", "zh", "no", "yue", "pt", *"abcdefgh")
-
-    many = Recogniser(Multilingual(), "base")
+def test_languages_are_called_as_whisper_calls_them():
+    many = ("en", "de", "zh", "no", "yue", "pt", *"abcdefgh")
     names = {"zh-CN": "zh", "cmn": "zh", "nb": "no", "pt_BR": "pt", "yue": "yue", "auto": None}
-    assert {name: many._code(name) for name in names} == names
+    assert {name: recogniser._code_of(name, "base", many) for name in names} == names
+    assert recogniser._code_of("auto", "tiny.en", ["en"]) == "en"
+    with pytest.raises(InputError, match=r"`language`: 'de', which tiny\.en does not recognise"):
+        recogniser._code_of("de", "tiny.en", ["en"])
 
 
-def test_a_language_that_nobody_speaks_is_left_to_the_ear(speech_wav, recognised):
+def test_a_language_that_espeak_lacks_is_left_to_the_ear(speech_wav, monkeypatch):
     """Whisper hears a hundred languages, of which espeak-ng has not all."""
 
-    class Tagalog(Recogniser):
-        def _heard(self, piece, start_s, code):
-            return recogniser._Written("Kamusta", [7], [(0.5, 1.0)], [0.9]), "tl"
-
-    class Multilingual:
-        supported_languages = ("en", "tl")
-
-    blocks = [read_audio(speech_wav).resample(16000).samples]
-    found = Tagalog(Multilingual(), "base").transcript(blocks)
+    word = SimpleNamespace(word=" Kamusta", start=0.5, end=1.0, probability=0.9)
+    segment = SimpleNamespace(words=[word], compression_ratio=1.0)
+    tagalog = SimpleNamespace(
+        supported_languages=("en", "tl"),
+        transcribe=lambda *_, **__: ([segment], SimpleNamespace(language="tl")),
+    )
+    monkeypatch.setattr(recogniser, "_opened", lambda _: tagalog)
+    found = recognise(speech_wav, "base")
     assert found.words == () and found.notes == (
         "language heard: tl",
-        "left to the encoder: words from 0 s on, which espeak-ng does not speak in tl",
+        "words left to the encoder: espeak-ng does not speak those from 0 s on in tl",
         "no words recognised: phones are as they are heard",
     )
     with pytest.raises(InputError, match="`language` tl: unknown to espeak-ng"):
-        Tagalog(Multilingual(), "base").transcript(blocks, "tl")
+        recognise(speech_wav, "base", "tl")
 
 
 def test_models_that_are_not_there(speech_wav, tmp_path):
     pytest.importorskip("faster_whisper", reason="needs the extra `transcribe`")
     with pytest.raises(MachineError, match=r"'nobody/none' is not in this .*download_model\('nob"):
-        open_recogniser("nobody/none")
-    with pytest.raises(InputError, match=r"'models/big/x', which is no folder; allowed: a model"):
-        open_recogniser("models/big/x")
+        recognise(speech_wav, "nobody/none")
+    with pytest.raises(InputError, match=r"'models/big/x': no folder; allowed: a model"):
+        recognise(speech_wav, "models/big/x")
     with pytest.raises(InputError, match="`transcribe`: 3; allowed: True, the name"):
         elocute.animate(speech_wav, transcribe=3)  # pyright: ignore[reportArgumentType]
     with pytest.raises(InputError, match="`text`: `transcribe` too; allowed: one of them"):
@@ -237,24 +232,24 @@ def test_models_that_are_not_there(speech_wav, tmp_path):
     with pytest.raises(InputError, match="`text`: `transcribe` too"):
         elocute.find_phones(speech_wav, text="Hello.", transcribe="base")
     with pytest.raises(ModelError, match=r"no model.bin; allowed: a folder of faster-whisper"):
-        open_recogniser(tmp_path)
+        recognise(speech_wav, tmp_path)
 
 
-def test_a_model_is_never_completed_from_elsewhere(whisper, tmp_path):
+def test_a_model_is_never_completed_from_elsewhere(speech_wav, whisper, tmp_path):
     """faster-whisper would fetch a tokenizer that is missing; one that is broken is told."""
     for name in ("config.json", "model.bin"):
         (tmp_path / name).write_bytes((whisper / name).read_bytes()[:2000])
     with pytest.raises(ModelError, match=r"no tokenizer.json; allowed"):
-        open_recogniser(tmp_path)
+        recognise(speech_wav, tmp_path)
     (tmp_path / "tokenizer.json").write_bytes((whisper / "tokenizer.json").read_bytes())
     with pytest.raises(ModelError, match="no model that can be loaded"):
-        open_recogniser(tmp_path)
+        recognise(speech_wav, tmp_path)
 
 
-def test_without_the_extra(monkeypatch):
+def test_without_the_extra(speech_wav, monkeypatch):
     monkeypatch.setitem(sys.modules, "faster_whisper", None)
     with pytest.raises(MachineError, match=r"needs faster_whisper.*'elocute\[transcribe\]'"):
-        open_recogniser("tiny")
+        recognise(speech_wav, "tiny")
 
 
 def test_every_phone_is_one_of_ours(recognised):

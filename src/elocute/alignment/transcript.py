@@ -201,15 +201,12 @@ def transcribe(transcript: Transcript, heard: Float32Array, duration_s: float) -
     words = transcript.align(heard)
     doubtful = [word for word in words if word.confidence < DOUBTFUL]
     unknown = [(word.start_s, word.end_s) for word in doubtful]
-    phones: list[Phone] = [phone for word in words for phone in word.phones]
-    posteriors_of = phones
+    kept = [word for word in words if word not in doubtful] if transcript.recognised else words
+    known = phones = [phone for word in kept for phone in word.phones]
     if transcript.recognised:
-        ear = heard_phones(heard, duration_s)
         unknown += _missed(words, heard)
-        known = [phone for word in words if word not in doubtful for phone in word.phones]
-        phones = sorted([*known, *_within(ear, unknown)])
-        posteriors_of = known
-    posteriors = blended_posteriors(posteriors_of, heard, duration_s, unknown=unknown)
+        phones = sorted([*known, *_within(heard_phones(heard, duration_s), unknown)])
+    posteriors = blended_posteriors(known, heard, duration_s, unknown=unknown)
     notes = _notes(words, doubtful, transcript.recognised)
     return TranscribedPhones(tuple(words), tuple(phones), posteriors, tuple(notes))
 

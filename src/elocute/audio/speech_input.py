@@ -40,6 +40,7 @@ BYTES_MAX = 1_000_000_000
 SAMPLES_MAX = NUMBERS_MAX
 """Limit of sound that is not read from a path, so is held in memory whole: 87 min at 48 kHz."""
 CHUNK = 1 << 20
+BLOCK = 60 * SPEECH_RATE
 READS_FREE, READ_BYTES = 100_000, 256
 """What reads so little at a time would be read for hours."""
 
@@ -108,31 +109,16 @@ def resolve_speech(
 def speech_blocks(
     sound: Path | Waveform, channel: int | None = None, notes: list[str] | None = None
 ) -> Iterator[NDArray[np.float32]]:
-    """What `resolve_speech` gave, as it is listened to.
+    """What `resolve_speech` gave, block by block: (sample,) float32, mono at 16 kHz.
 
-    Parameters
-    ----------
-    sound : Path or Waveform
-        The sound.
-    channel : int, optional
-        The channel to take of a file, instead of their mean.
-    notes : list of str, optional
-        Takes what is to be known about it.
-
-    Yields
-    ------
-    (sample,) float32
-        Mono at 16 kHz.
-
-    Raises
-    ------
-    AudioError
-        As `AudioStream.blocks`.
+    notes: takes what is to be known about it. Raises AudioError as `AudioStream.blocks`.
     """
-    if isinstance(sound, Waveform):
-        yield sound.resample(SPEECH_RATE).samples
-    else:
+    if not isinstance(sound, Waveform):
         yield from resampled_blocks(sound, SPEECH_RATE, channel, notes=notes)
+        return
+    samples = sound.resample(SPEECH_RATE).samples
+    for first in range(0, len(samples), BLOCK):
+        yield samples[first : first + BLOCK]
 
 
 @dataclass(frozen=True)

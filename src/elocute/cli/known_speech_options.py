@@ -76,7 +76,8 @@ class KnownSpeechOptions:
         return [path for path in (self.phones, self.text_file) if path is not None]
 
     def check(self, single: bool) -> None:
-        """Raise InputError for several of them, or one for several recordings."""
+        """Raise InputError for several of them, or one for several recordings; MachineError where
+        there is no model that recognises words."""
         given = {"--phones": self.phones, "--text": self.text, "--text-file": self.text_file}
         named = [name for name, value in given.items() if value is not None]
         if len(named) > 1 or (named and self.transcribe):
@@ -86,6 +87,10 @@ class KnownSpeechOptions:
             raise InputError.about(
                 "--recogniser", found="no --transcribe", allowed="a model beside it"
             )
+        if self.transcribe:
+            from elocute.alignment.recogniser import DEFAULT_RECOGNISER, recogniser_folder
+
+            recogniser_folder(self.recogniser or DEFAULT_RECOGNISER)
         for name in ("tier", "speaker"):
             if getattr(self, name) and self.phones is None:
                 raise InputError.about(
