@@ -11,7 +11,7 @@ habits of their own and are stored as vertices (about 9 GB).
 
     python -m recipes.build_corpus build/corpus --natural build/encoder --grid DATA/grid_s1
 
-adds what the shipped default learns from: natural speech as `train_encoder.py align` and
+adds what the shipped default learns from: natural speech as `train_trunk.py align` and
 `realign` left it, simulated in every style, and the real talker as a further subject.
 The same seed gives the same bytes.
 
@@ -70,7 +70,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--limit", type=int, default=40, help="sentences a subject, for trials")
     parser.add_argument(
-        "--natural", type=Path, help="work folder of train_encoder.py: adds natural speech"
+        "--natural", type=Path, help="work folder of train_trunk.py: adds natural speech"
     )
     parser.add_argument("--faces", choices=KINDS, default="rig", help="rich: of flesh, as vertices")
     parser.add_argument("--grid", type=Path, help="grid_s1: adds the real talker")

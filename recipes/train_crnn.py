@@ -38,7 +38,7 @@ def main() -> None:
     parser.add_argument("--words", type=int, default=10, help="said by each speaker")
     parser.add_argument("--sentences", type=int, default=2, help="said by each speaker")
     parser.add_argument(
-        "--natural", type=Path, help="work folder of train_encoder.py: adds natural speech"
+        "--natural", type=Path, help="work folder of train_trunk.py: adds natural speech"
     )
     parser.add_argument("--epochs", type=int, default=18)
     parser.add_argument("--learning-rate", type=float, default=1e-3)

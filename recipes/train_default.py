@@ -22,7 +22,7 @@ ASSET = Path(__file__).parents[1] / "src" / "elocute" / "models" / "assets" / "v
 NOTE = (
     "Trained by Elocute on simulated motion (recipes/build_corpus.py) and on speaker 1 of the GRID "
     "audio-visual corpus (Cooke et al. 2006, CC BY 4.0); speech: espeak-ng, flite, festival, and "
-    "the corpora named in docs/cards/phones.md."
+    "the corpora named in docs/cards/trunk.md."
 )
 
 

@@ -1,20 +1,25 @@
-"""Teach a trunk: the first layers of Whisper's encoder, with a mouth and phones, as a speech model.
+"""Teach the trunk, its mouth and its phones, and put them into the package.
 
-    python -m recipes.train_encoder align --work WORK      # phones of natural English
-    python -m recipes.train_trunk labels --work WORK       # of readers, and sounds without speech
-    python -m recipes.train_trunk fit WHISPER --work WORK --held-out    # resumes
-    python -m recipes.train_trunk ship -o trunk.onnx       # for `animate --model trunk.onnx`
+    python -m recipes.train_trunk synthesise       # speech with exact phone times; may be left out
+    python -m recipes.train_trunk align            # phones of natural English
+    python -m recipes.train_trunk realign          # of German, Dutch and wake words
+    python -m recipes.train_trunk fit WHISPER --held-out    # resumes from its checkpoint
+    python -m recipes.train_trunk ship             # ONNX into the package
+    python -m recipes.train_trunk reference        # phones of the test clips for the benchmark
 
-WHISPER is a published Whisper of the size `base` (MIT), as CTranslate2's folder or model.bin, or as
-OpenAI's .pt. DATA has `talkers/train`, `grid_s1/clips` with `dev.txt`, `speech` and `readers`;
-`talkers/dev`, the clips of `dev.txt` and test speakers are never learned from. Labels take half an
-hour of one core, teaching as long as is said.
+WHISPER is a published Whisper as CTranslate2's folder or model.bin, or as OpenAI's .pt (MIT); the
+shipped trunk is made from `base`. DATA has `talkers/train`, `grid_s1/clips` with `dev.txt`,
+`speech` and `readers`; `talkers/dev`, the clips of `dev.txt` and test speakers are never learned
+from. Debian has the voices and the words: espeak-ng flite festival festvox-us-slt-hts
+festvox-kallpc16k festvox-kdlpc16k hunspell-ru wamerican wngerman wdutch wfrench wspanish witalian
+wpolish wswedish wbrazilian.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,14 +29,15 @@ import torch
 
 from elocute.array_types import Float32Array
 from elocute.audio.phones_and_visemes import SILENCE
-from elocute.encoders.trunk import KIND, ROW_SAMPLES
+from elocute.encoders.trunk import KIND, ROW_SAMPLES, SHIPPED_PATH
 from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig
 from recipes.encoder import evaluate
 from recipes.encoder.augment import Augmenter
-from recipes.encoder.natural import Recording, aligned_shard
-from recipes.encoder.reference import read_reference
-from recipes.encoder.store import HOP, VOICED, ShardWriter, load_shard
-from recipes.encoder.train import Mixer, read_noises
+from recipes.encoder.mixing import Mixer, read_noises
+from recipes.encoder.natural import Recording, aligned_shard, list_recordings, read, split_of
+from recipes.encoder.realign import realigned_shards
+from recipes.encoder.reference import read_reference, write_reference
+from recipes.encoder.store import HOP, UNKNOWN, VOICED, ShardWriter, load_shard
 from recipes.trunk.calibration import calibrate
 from recipes.trunk.export import export, scales
 from recipes.trunk.fit import ROWS, FitSettings, fit
@@ -43,12 +49,13 @@ from recipes.voice.made_sounds import made_sounds
 NOTE = (
     "Made by Elocute from the first layers of Whisper base (OpenAI, MIT), taught on with tracked"
     " mouths of Arabic news talkers and of speaker 1 of GRID, and with read speech"
-    " (recipes/train_trunk.py)."
+    " (recipes/train_trunk.py); docs/cards/trunk.md says more."
 )
 REFERENCE = Path(__file__).parents[1] / "benchmarks" / "encoder_reference.json"
 NEVER_READ = "libri_other"
-EVERY, FIRST = 4, 3  # of the talkers by number of clips, those held out
-MADE_EACH = 6
+EVERY, FIRST = 8, 3  # of the talkers by number of clips, those held out
+MADE_EACH = 10
+FLITE_MINUTES, FESTIVAL_MINUTES = 35, 30
 JUDGED_EVERY = 6  # of the test recordings, while teaching
 AHEAD_FILE, AHEAD_STREAM = 25, 2
 
@@ -76,16 +83,54 @@ def split_talkers(clips: Sequence[MouthClip]) -> tuple[list[MouthClip], list[Mou
     )
 
 
+def synthesise(data: Path, work: Path) -> None:
+    """Voices of espeak-ng, flite and festival."""
+    from recipes.encoder import synthesise as voices
+
+    voices.espeak_shard(work, voices.ESPEAK_MINUTES)
+    voices.flite_shard(work, FLITE_MINUTES)
+    voices.festival_shard(work, FESTIVAL_MINUTES)
+
+
+def align(data: Path, work: Path, parts: int = 8) -> None:
+    """Natural English, in parts, so that a stopped run goes on."""
+    write_nothing(data, work)
+    align_readers(data, work)
+    recordings = [r for r in list_recordings(data) if r.language == "en" and r.text]
+    recordings.sort(key=lambda r: hashlib.md5(r.path.name.encode()).hexdigest())
+    for part in range(parts):
+        for split in ("train", "test"):
+            name = f"nat_{split}_{part}"
+            if not (work / f"{name}.json").exists():
+                chosen = [r for r in recordings[part::parts] if split_of(r) == split]
+                print(name, aligned_shard(chosen, work, name), "of", len(chosen), flush=True)
+
+
 def align_readers(data: Path, work: Path) -> None:
-    """Phones of those readers whose texts are told."""
+    """Phones of those readers whose texts are told; the others are heard without phones."""
     with (data / "readers" / "readers.tsv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
+    allowed = [row for row in rows if NEVER_READ not in row["path"]]
     recordings = [
         Recording(data / row["path"], "readers", row["speaker"], row["language"], row["text"], "")
-        for row in rows
-        if row["text"] and NEVER_READ not in row["path"]
+        for row in allowed
+        if row["text"]
     ]
     print("readers", aligned_shard(recordings, work, "readers_train"), "of", len(recordings))
+    writer = ShardWriter()
+    for row in allowed:
+        if not row["text"]:
+            samples = read(data / row["path"])
+            labels = np.full(len(samples) // HOP, UNKNOWN, np.uint8)
+            writer.add(
+                samples,
+                labels,
+                speaker=row["speaker"],
+                source="untold",
+                language=row["language"],
+                text="",
+            )
+    writer.save(work, "untold_train")
 
 
 def other_noises(seed: int) -> list[Float32Array]:
@@ -122,7 +167,7 @@ def teach(chosen: argparse.Namespace) -> None:
     speech = read_speech(data, chosen.work, settings.seed)
     augment = Augmenter(read_all_noises(data), settings.seed + 2)
     mouths = MouthBatches([*learned, *sentences], augment, ROWS, settings.seed)
-    judged = [*read_mouths(data / "talkers" / "dev"), *other[::4]]
+    judged = [*read_mouths(data / "talkers" / "dev"), *other[::2]]
     spoken = read_reference(REFERENCE, data / "speech")[::JUDGED_EVERY]
 
     def report(trunk: Trunk) -> str:
@@ -180,7 +225,9 @@ def judgement(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("step", choices=("labels", "fit", "ship"))
+    parser.add_argument(
+        "step", choices=("synthesise", "align", "realign", "fit", "ship", "reference")
+    )
     parser.add_argument("whisper", type=Path, nargs="?")
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
     parser.add_argument("--work", type=Path, default=Path("build/trunk"))
@@ -189,17 +236,21 @@ def main() -> None:
     parser.add_argument("--layers", type=int, default=TrunkConfig.layers)
     parser.add_argument("--seed", type=int, default=FitSettings.seed)
     parser.add_argument("--held-out", action="store_true")
-    parser.add_argument("-o", "--output", type=Path, default=Path("trunk.onnx"))
+    parser.add_argument("-o", "--output", type=Path, default=SHIPPED_PATH)
     chosen = parser.parse_args()
     torch.set_num_threads(1)
     chosen.work.mkdir(parents=True, exist_ok=True)
-    if chosen.step == "labels":
-        write_nothing(chosen.data, chosen.work)
-        align_readers(chosen.data, chosen.work)
-    elif chosen.step == "fit":
+    if chosen.step == "fit":
         teach(chosen)
-    else:
+    elif chosen.step == "ship":
         ship(chosen)
+    elif chosen.step == "realign":
+        realigned_shards(chosen.data, chosen.work, [])
+    elif chosen.step == "reference":
+        names = sorted(path.stem for path in chosen.work.glob("*test*.json"))
+        write_reference(chosen.work, names, REFERENCE)
+    else:
+        {"synthesise": synthesise, "align": align}[chosen.step](chosen.data, chosen.work)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ There the options are at least understood.
 from __future__ import annotations
 
 import contextlib
+import functools
 import io
 import json
 import os
@@ -182,9 +183,15 @@ def piped(words: list[str]) -> None:
     assert json.loads(done.stdout)["frames"]
 
 
+@functools.cache
+def whole_command() -> Any:
+    """`elocute` with all its commands, put together once."""
+    return get_command(command_line())
+
+
 def understood(words: list[str]) -> bool:
     """Whether the option parser takes them. Raises as it does."""
-    command: Any = get_command(command_line())
+    command: Any = whole_command()
     context, rest = command.make_context("elocute", list(words), resilient_parsing=True), words
     while hasattr(command, "commands"):
         command, rest = command.commands[rest[0]], rest[1:]
@@ -208,7 +215,7 @@ def test_few_blocks_are_not_run_and_each_says_why() -> None:
 
 @pytest.mark.parametrize("name", sorted(NAMED))
 def test_a_command_that_a_sentence_names_is_there(name: str) -> None:
-    command: Any = get_command(command_line())
+    command: Any = whole_command()
     for word in name.split():
         if not hasattr(command, "commands"):
             return  # what follows is no command's name

@@ -83,7 +83,7 @@ def build(
 ) -> None:
     """Write sounds, then shards; the basis is learned first.
 
-    `natural` is the work folder of train_encoder.py, whose training speakers are added.
+    `natural` is the work folder of train_trunk.py, whose training speakers are added.
     """
     speaker = Speaker()
     basis = learn_basis(work / "reader", speaker, seed)

@@ -1,4 +1,4 @@
-"""The network's own Viterbi alignment, where pocketsphinx has no dictionary.
+"""Viterbi alignment by the encoder that ships, where pocketsphinx has no dictionary.
 
 German, Dutch and Spanish, and English words such as wake words, against espeak-ng's phones.
 """
@@ -8,10 +8,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import torch
 
-from elocute.audio.front_end import encoder_features
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
+from elocute.encoders.phone_encoder import builtin_encoder
 from recipes.encoder.natural import (
     EnglishAligner,
     Recording,
@@ -20,7 +19,6 @@ from recipes.encoder.natural import (
     read,
     split_of,
 )
-from recipes.encoder.ship import load_net
 from recipes.encoder.store import HOP, ShardWriter
 from recipes.encoder.synthesise import Espeak
 
@@ -64,10 +62,10 @@ def viterbi(log_posteriors: np.ndarray, phones: list[int]) -> tuple[np.ndarray, 
 
 
 class Realigner:
-    """Aligns recordings with a trained checkpoint and espeak-ng."""
+    """Aligns recordings with the encoder that ships and espeak-ng."""
 
-    def __init__(self, checkpoint: Path) -> None:
-        self.net, self.engine = load_net(checkpoint), Espeak()
+    def __init__(self) -> None:
+        self.encoder, self.engine = builtin_encoder(), Espeak()
 
     def align(self, samples: np.ndarray, recording: Recording) -> np.ndarray | None:
         """(frame,) phones at 50 Hz, or None where text and sound do not fit."""
@@ -75,9 +73,7 @@ class Realigner:
         _, phones = self.engine.speak(recording.text, voice, 170, 50, 50)
         seen = UVULAR if recording.language == "de" else {}
         names = [PHONES.index(seen.get(name, name)) for _, _, name in phones if name != "SIL"]
-        with torch.no_grad():
-            logits = self.net(torch.from_numpy(encoder_features(samples)[None]))[0]
-        posteriors = torch.log_softmax(logits, -1).numpy()
+        posteriors = self.encoder.encode(samples)
         if not names or len(names) * 1.5 > len(posteriors):
             return None
         path, score = viterbi(posteriors, names)
@@ -93,9 +89,9 @@ def recordings_to_realign(data: Path) -> list[Recording]:
     )
 
 
-def realigned_shards(data: Path, work: Path, checkpoint: Path, sources: list[str]) -> None:
+def realigned_shards(data: Path, work: Path, sources: list[str]) -> None:
     """Write a train and a test shard for each of `sources` (all where empty)."""
-    realigner, chosen = Realigner(checkpoint), recordings_to_realign(data)
+    realigner, chosen = Realigner(), recordings_to_realign(data)
     for source in sources or sorted({r.source for r in chosen}):
         writers = {"train": ShardWriter(), "test": ShardWriter()}
         refused = 0

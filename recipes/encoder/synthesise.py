@@ -35,6 +35,10 @@ ESPEAK_MINUTES = {
     "it": 10,
     "pl": 8,
     "sv": 8,
+    "pt-br": 8,
+    "ru": 10,
+    "ja": 10,
+    "cmn": 8,
 }
 ESPEAK_VARIANTS = (
     "Alex Alicia Andrea Andy Annie Denis Gene Gene2 Henrique Hugo Jacky Lee Marco Mario Michael "

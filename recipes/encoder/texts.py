@@ -19,7 +19,15 @@ WORD_LISTS = {
     "it": "italian",
     "pl": "polish",
     "sv": "swedish",
+    "pt": "brazilian",
 }
+RUSSIAN = Path("/usr/share/hunspell/ru_RU.dic")  # WORD/FLAGS a line, in UTF-8
+# Where no word list is at hand, words are made of what is written for a syllable.
+KANA = (
+    "あいうえおかきくけこさしすせそたちつてとなにぬねのはひふへほまみむめもやゆよらりるれろわん"
+    "がぎぐげごばびぶべぼぱぴぷぺぽ"
+)
+MADE_WORDS = 4000
 LITTLE_WORDS = {
     "en": "the a of to and in that it is was i for on you he be with as by at have are this not "
     "but had his they from she which or we an there were one do been all their has would will "
@@ -39,10 +47,27 @@ SHARE_OF_LISTS = 0.15  # utterances of letters, digits and names
 
 
 def words_of(language: str) -> list[str]:
-    """Plain lower-case words of 2 to 11 letters."""
-    path = Path("/usr/share/dict") / WORD_LISTS[language]
-    lines = path.read_text(encoding="utf-8", errors="ignore").splitlines()
+    """Plain lower-case words of 2 to 11 letters; `cm` is Mandarin, as espeak-ng names it."""
+    if language in ("ja", "cm"):
+        return _made_words(KANA if language == "ja" else _frequent_hanzi())
+    if language == "ru":
+        entries = RUSSIAN.read_text(encoding="utf-8").splitlines()[1:]
+        lines = [entry.partition("/")[0] for entry in entries]
+    else:
+        path = Path("/usr/share/dict") / WORD_LISTS[language]
+        lines = path.read_text(encoding="utf-8", errors="ignore").splitlines()
     return sorted({w.lower() for w in lines if w.isalpha() and 2 <= len(w) <= 11})
+
+
+def _frequent_hanzi() -> str:
+    """The first level of GB 2312: 3,755 characters in daily use."""
+    codes = (bytes((row, cell)) for row in range(0xB0, 0xD8) for cell in range(0xA1, 0xFF))
+    return "".join(code.decode("gb2312", errors="ignore") for code in codes)
+
+
+def _made_words(syllables: str) -> list[str]:
+    draw = random.Random(0)
+    return ["".join(draw.choices(syllables, k=draw.randint(1, 4))) for _ in range(MADE_WORDS)]
 
 
 def sentence(language: str, words: list[str], draw: random.Random) -> str:

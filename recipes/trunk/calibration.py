@@ -11,7 +11,7 @@ from elocute.articulation.phone_targets import curve_names
 from elocute.audio.phones_and_visemes import SILENCE
 from elocute.encoders.trunk import AHEAD
 from elocute.head.builtin import load_builtin_head
-from elocute.models.talker_inputs import rule_curves
+from elocute.models.talkers import rule_curves
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.mouth_measures import MEASURES, measure_mouth
 from elocute.motion.mouth_response import builtin_response

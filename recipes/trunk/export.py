@@ -170,9 +170,9 @@ def scales(trunk: Trunk, sounds: Iterable[Tensor]) -> dict[str, float]:
         if isinstance(module, kinds)
     ]
     for bands in sounds:
-        rows = trunk.rows(bands, AHEAD)
-        trunk.mouth(rows)
-        trunk.phones(rows)
+        hidden, last = trunk.rows(bands, AHEAD)
+        trunk.mouth(hidden)
+        trunk.phones(last)
     for hook in hooks:
         hook.remove()
     return most
@@ -181,18 +181,20 @@ def scales(trunk: Trunk, sounds: Iterable[Tensor]) -> dict[str, float]:
 def export(trunk: Trunk, path: Path, record: dict[str, Any], most: dict[str, float]) -> None:
     """Write the trunk with both heads, and the record of what it is."""
     config, graph = trunk.eval().config, _Graph(most)
+    width, hidden, mouth = config.width, "", ""
     x = graph.add("Add", _front(graph, trunk, "bands"), "positions")
     kept: dict[str, str] = {}
     for number, layer in enumerate(trunk.layers):
         names = [f"{part}_{number}_new" for part in ("rows", "queries", "keys", "values")]
         x, *left = _layer(graph, layer, x, number, config)
         kept |= dict(zip(names, left, strict=True))
-    width = config.width
+        if number + 1 == config.mouth_layer:
+            hidden = graph.norm(x, np.ones(width), np.zeros(width))
+            mouth, kept["mouth_new"] = _head(graph, trunk.mouth, hidden, "mouth")
     rows = graph.norm(x, np.ones(width), np.zeros(width))
-    mouth, kept["mouth_new"] = _head(graph, trunk.mouth, rows, "mouth")
     told, kept["phones_new"] = _head(graph, trunk.phones, rows, "phones")
     phones = graph.add("LogSoftmax", told, axis=-1)
-    outputs = {"hidden": rows, "mouth": mouth, "phones": phones, **kept}
+    outputs = {"hidden": hidden, "mouth": mouth, "phones": phones, **kept}
     for name, made in outputs.items():
         graph.nodes.append(helper.make_node("Identity", [made], [name]))
 
@@ -224,8 +226,10 @@ def export(trunk: Trunk, path: Path, record: dict[str, Any], most: dict[str, flo
     sizes = {
         "width": width,
         "layers": config.layers,
+        "mouth_layer": config.mouth_layer,
         "history": config.history,
         "period": config.period,
+        "mouth_ahead": config.mouth_ahead,
         "mouth_channels": config.mouth_channels,
         "phone_channels": config.phone_channels,
         "reach": trunk.mouth.reach,

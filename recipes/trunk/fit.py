@@ -15,14 +15,15 @@ from torch import Tensor
 from torch.nn import functional
 
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
-from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig
+from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig, position_rows, weakened
+from recipes.encoder.mixing import LIPS, Mixer
 from recipes.encoder.store import UNKNOWN, VOICED
-from recipes.encoder.train import LIPS, Mixer
 from recipes.trunk.mouths import FIELDS, MouthBatches
 from recipes.trunk.spectrum import BatchLogMel
 from recipes.trunk.whisper import load_whisper
 
 ROWS = 400  # of a sequence: 8 s
+WHISPER_ROWS = 1500  # that the published encoder hears at once
 SPEED_ROWS = 2  # over which speeds are compared
 
 
@@ -41,17 +42,22 @@ class FitSettings:
     ahead : tuple of (int, float)
         Rows that a layer sees ahead, and how often.
     rows_share : float
-        Weight of the distance from the rows of the encoder as it was published, hearing the whole.
+        Weight of the distance of the mouth's rows from those of the encoder as it was published,
+        hearing the whole.
+    mouth_pull, phones_pull : float
+        Share of the gradient of each head that reaches the layers up to the mouth's.
     """
 
-    minutes: float = 20.0
+    minutes: float = 50.0
     mouths: int = 5
     speech: int = 4
-    trunk_rate: float = 1e-4
+    trunk_rate: float = 2e-4
     head_rate: float = 2e-3
     warm_steps: int = 60
     ahead: tuple[tuple[int, float], ...] = ((1, 0.2), (2, 0.3), (4, 0.15), (25, 0.35))
-    rows_share: float = 0.5
+    rows_share: float = 6.0
+    mouth_pull: float = 0.1
+    phones_pull: float = 0.2
     phones_share: float = 1.0
     lip_weight: float = 2.0
     smoothing: float = 0.05
@@ -60,7 +66,7 @@ class FitSettings:
     shut: float = 0.3
     importance: tuple[float, ...] = (1.0, 0.6, 0.4, 0.6, 0.4, 0.4)
     ema: float = 0.998
-    report_minutes: float = 30.0
+    report_minutes: float = 12.0
     seed: int = 7
 
 
@@ -117,6 +123,15 @@ def _correlations(first: Tensor, second: Tensor, clip: Tensor, count: int) -> Te
     return sums(a * b) / (sums(a * a) * sums(b * b) + 1e-3).sqrt()
 
 
+def published(config: TrunkConfig, whisper: Path) -> Trunk:
+    """The encoder as it was published, up to the layer of the mouth, with its own positions."""
+    config = replace(config, layers=config.mouth_layer, period=WHISPER_ROWS)
+    teacher = Trunk(config)
+    load_whisper(teacher, whisper)
+    teacher.positions = torch.from_numpy(position_rows(WHISPER_ROWS, config.width, rounded=False))
+    return teacher.eval().requires_grad_(False)
+
+
 def fit(
     whisper: Path,
     config: TrunkConfig,
@@ -128,10 +143,8 @@ def fit(
 ) -> Trunk:
     """Teach for `settings.minutes`, going on from `checkpoint` where it exists."""
     torch.manual_seed(settings.seed)
-    trunk, mean, teacher = Trunk(config), Trunk(config), Trunk(replace(config, period=1500))
+    trunk, mean, teacher = Trunk(config), Trunk(config), published(config, whisper)
     load_whisper(trunk, whisper)
-    load_whisper(teacher, whisper)
-    teacher.eval().requires_grad_(False)
     heads = [p for name, p in trunk.named_parameters() if name.startswith(("mouth.", "phones."))]
     own = [p for name, p in trunk.named_parameters() if not name.startswith(("mouth.", "phones."))]
     optimiser = torch.optim.AdamW(
@@ -171,19 +184,20 @@ def fit(
         first = draw.randrange(config.period)
         trunk.train()
         with torch.autocast("cpu", torch.bfloat16):
-            rows = trunk.rows(bands, ahead, first)
+            rows, last = trunk.rows(bands, ahead, first, settings.phones_pull)
             with torch.no_grad():
-                whole = teacher.rows(bands[settings.mouths :], None, draw.randrange(1000))
-        told, heard = trunk.mouth(rows), trunk.phones(rows[settings.mouths :])
+                whole, _ = teacher.rows(bands, None, draw.randrange(WHISPER_ROWS - ROWS))
+        told = trunk.told(weakened(rows[: settings.mouths], settings.mouth_pull))
+        heard = trunk.phones(last[settings.mouths :])
         lips_loss = mouth_loss(
-            told[: settings.mouths],
+            told,
             torch.from_numpy(batch.targets),
             torch.from_numpy(batch.clip),
             settings,
         )
         target = torch.from_numpy(labels.astype(np.int64))
         phone_loss = phones_loss(heard, target, lips, settings.smoothing)
-        missed = (rows[settings.mouths :] - whole).square().mean()
+        missed = (rows - whole).square().mean()
         loss = lips_loss + settings.phones_share * phone_loss + settings.rows_share * missed
         optimiser.zero_grad()
         loss.backward()

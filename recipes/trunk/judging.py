@@ -24,9 +24,9 @@ def answers(trunk: Trunk, samples: Float32Array, ahead: int) -> tuple[Float32Arr
     trunk.eval()
     waves = torch.from_numpy(np.pad(samples, (0, -len(samples) % ROW_SAMPLES)))[None]
     with torch.autocast("cpu", torch.bfloat16):
-        rows = trunk.rows(FRONT_END(waves, CONTEXT), ahead)
-    phones = torch.log_softmax(trunk.phones(rows), -1)
-    return trunk.mouth(rows)[0].numpy(), phones[0].numpy()
+        mouth, last = trunk.rows(FRONT_END(waves, CONTEXT), ahead)
+    phones = torch.log_softmax(trunk.phones(last), -1)
+    return trunk.told(mouth)[0].numpy(), phones[0].numpy()
 
 
 def mouth_correlations(

@@ -1,1 +1,1 @@
-"""What `recipes.train_voice` is made of."""
+"""Sounds made by formula, with which the trunk is taught what is no voice."""

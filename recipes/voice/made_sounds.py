@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from scipy.signal import lfilter, resample_poly
+from scipy.signal import lfilter
 
 from elocute.array_types import Float64Array
 
@@ -21,7 +21,6 @@ FORMANTS_HZ = {
 BANDWIDTHS_HZ = (80, 100, 140)
 HIGHEST_HZ = 7500.0
 PEAK = 0.25
-SPEEDS = ((3, 4), (2, 3), (4, 5), (6, 5))  # of speech in disguise: children, giants, shouting
 Draw = np.random.Generator
 
 
@@ -88,12 +87,6 @@ def laughter(draw: Draw) -> Float64Array:
     return np.concatenate([*parts, np.zeros(4000)])
 
 
-def disguised(speech: Float64Array, draw: Draw) -> Float64Array:
-    """Speech played faster or slower: another pitch, another throat."""
-    up, down = SPEEDS[draw.integers(len(SPEEDS))]
-    return np.asarray(resample_poly(speech, up, down))
-
-
 def barks(draw: Draw) -> Float64Array:
     """Bursts of harmonics and noise."""
     sound, at_s = np.zeros(round(draw.uniform(2, 5) * RATE)), draw.uniform(0.2, 0.5)
@@ -129,6 +122,20 @@ def music(draw: Draw) -> Float64Array:
     return sound
 
 
+def tones(draw: Draw) -> Float64Array:
+    """Whistles, beeps and alarms: one or a few pure tones, held, gliding or in bursts."""
+    count = round(draw.uniform(1, 6) * RATE)
+    t, sound = np.arange(count) / RATE, np.zeros(count)
+    for _ in range(draw.integers(1, 4)):
+        base_hz, glide = draw.uniform(120, 3000), draw.choice([0.0, draw.uniform(-0.5, 0.5)])
+        sound += draw.uniform(0.3, 1) * np.sin(
+            2 * np.pi * np.cumsum(base_hz * (1 + glide * t / t[-1])) / RATE
+        )
+    if draw.uniform() < 0.4:
+        sound *= t % draw.uniform(0.2, 1.5) < draw.uniform(0.1, 0.8)
+    return np.pad(sound, round(draw.uniform(0, 0.5) * RATE))
+
+
 def machines(draw: Draw) -> Iterator[Float64Array]:
     """A horn, a siren, a rumble, claps and an engine."""
     count = round(draw.uniform(2, 5) * RATE)
@@ -154,7 +161,7 @@ def made_sounds(seed: int, each: int) -> Iterator[tuple[bool, Float64Array]]:
     """Whether it is a voice, and samples at 16 kHz, so many of each sort."""
     draw = np.random.default_rng(seed)
     sorts: list[tuple[bool, Callable[[Draw], Float64Array]]] = [
-        (True, song), (True, laughter), (False, barks), (False, music),
+        (True, song), (True, laughter), (False, barks), (False, music), (False, tones),
     ]  # fmt: skip
     for _ in range(each):
         for voice, make in sorts:

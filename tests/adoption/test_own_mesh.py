@@ -123,6 +123,7 @@ def test_from_the_command_line(stranger, tmp_path):
     assert len(open_speaking_head(output).expression_names) > 50
 
 
+@pytest.mark.slow
 def test_without_shapes_or_the_flag_it_is_a_scan(stranger, tmp_path):
     said = run_here(
         *("head", "adopt", stranger.file, "--landmarks", stranger.landmarks),

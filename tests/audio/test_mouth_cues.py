@@ -119,6 +119,23 @@ def test_letters_of_chinese_are_wide_and_have_no_spaces(tmp_path):
     assert caption.lines == ["今日はとても良い天気ですね、", "明日もきっと晴れるでしょう。"]
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("今日", "は。", "明日"), "今日は。明日"),
+        (("你好", "世界"), "你好世界"),
+        (("สวัสดี", "ครับ"), "สวัสดีครับ"),
+        (("안녕", "세상"), "안녕 세상"),
+        (("Guten", "Tag,", "世界"), "Guten Tag, 世界"),
+    ],
+)
+def test_words_without_their_text_stand_as_their_script_is_written(tmp_path, words, said):
+    timed = [(k * 0.1, k * 0.1 + 0.1, word) for k, word in enumerate(words)]
+    write_cues(CueSheet([MouthCue(0, 1, "X")], timed), tmp_path / "a.vtt")
+    (caption,) = webvtt.read(str(tmp_path / "a.vtt"))
+    assert caption.text == said
+
+
 def test_a_word_that_the_text_lacks_stands_as_it_is():
     assert as_written([(0, 1, "two"), (1, 2, "wolves")], "2 wolves!") == [
         (0, 1, "two"),

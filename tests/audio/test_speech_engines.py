@@ -343,3 +343,127 @@ def test_marks_of_two_answers_in_one_file_are_refused(tmp_path):
         read(tmp_path, marks)
     marks[3:] = [{**mark, "time": mark["time"] + 1000} for mark in marks[3:]]
     assert len(read(tmp_path, marks).phones) == 4
+
+
+PHONES = [("m", 0.1, 0.08), ("ae", 0.18, 0.12)]
+AZURE_PHONES = [
+    {"Phoneme": p, "Offset": round(a * 1e7), "Duration": round(b * 1e7)} for p, a, b in PHONES
+]
+AZURE_WORD = {"Word": "ma", "Offset": 1_000_000, "Duration": 2_000_000, "Phonemes": AZURE_PHONES}
+OMITTED = {"Word": "not", "PronunciationAssessment": {"ErrorType": "Omission"}}
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        pytest.param([AZURE_WORD, OMITTED], id="words"),
+        pytest.param({"Display": "Ma.", "Words": [AZURE_WORD, OMITTED]}, id="best guess"),
+        pytest.param([{"NBest": [{"Words": [AZURE_WORD, OMITTED]}]}], id="several results"),
+    ],
+)
+def test_azure_s_words_wherever_its_assessment_was_cut_out(tmp_path, record):
+    times = read(tmp_path, record)
+    assert shown(times.phones) == [(0.1, 0.18, "M"), (0.18, 0.3, "AE")]
+    assert shown(times.words) == [(0.1, 0.3, "ma")]
+    assert times.notes == ("1 words without times are left out",)
+
+
+def test_marks_of_google_are_the_words_behind_them(tmp_path):
+    points = [{"markName": text, "timeSeconds": at} for at, _, text in HELLO_BOB]
+    times = read(tmp_path, {"audioContent": "UklGRg==", "timepoints": points})
+    assert shown(times.words) == [(0.05, 0.4, "hello"), (0.4, 0.55, "bob")]
+    assert times.notes == ("names of marks were taken for words",)
+    numbered = [{**point, "markName": f"w{place}"} for place, point in enumerate(points)]
+    with pytest.raises(InputError, match=r'marks: w0, w1; allowed: .*<mark name="hello"/>hello'):
+        read(tmp_path, {"timepoints": numbered})
+
+
+def test_words_letters_and_phones_of_inworld(tmp_path):
+    columns = {
+        "words": ["hello", " ", "bob"],
+        "wordStartTimeSeconds": [0.05, 0.4, 0.4],
+        "wordEndTimeSeconds": [0.4, 0.4, 0.8],
+    }
+    info = {"timestampInfo": {"wordAlignment": columns}}
+    assert shown(read(tmp_path, {"audioContent": "", **info}).words) == HELLO_BOB
+    assert shown(read(tmp_path, {"result": info}).words) == HELLO_BOB
+    phones = [
+        {"phoneSymbol": p, "startTimeSeconds": a, "durationSeconds": b, "visemeSymbol": "x"}
+        for p, a, b in [("m", 0.1, 0.08), ("æ", 0.18, 0.12)]
+    ]
+    columns["phoneticDetails"] = [{"wordIndex": 0, "phones": phones}]
+    assert shown(read(tmp_path, info).phones) == [(0.1, 0.18, "M"), (0.18, 0.3, "AE")]
+    keys = ("characters", "characterStartTimeSeconds", "characterEndTimeSeconds")
+    parts = [
+        {"result": {"timestampInfo": {"characterAlignment": dict(zip(keys, row, strict=True))}}}
+        for row in ([["h", "i", " "], [0, 0.1, 0.2], [0.1, 0.2, 0.3]], [["u"], [0.3], [0.5]])
+    ]
+    assert shown(read(tmp_path, parts).words) == [(0, 0.2, "hi"), (0.3, 0.5, "u")]
+
+
+PGO = """lipsync version 1
+map.wav
+24
+48
+1
+\tVoice 1
+\tMy map.
+\t1
+\t\tMy map.
+\t\t2
+\t\t23
+\t\t2
+\t\t\tMy 3 8 2
+\t\t\t\t3 MBP
+\t\t\t\t6 AI
+\t\t\tmap. 12 23 2
+\t\t\t\t12 MBP
+\t\t\t\t15 AI
+"""
+
+
+def test_projects_of_papagayo(tmp_path):
+    times = read(tmp_path, PGO, "map.pgo")
+    assert shown(times.phones) == [
+        *((0.125, 0.25, "P"), (0.25, 0.375, "AA")),
+        *((0.5, 0.625, "P"), (0.625, 1.0, "AA")),
+    ]
+    assert shown(times.words) == [(0.125, 0.375, "My"), (0.5, 1.0, "map.")]
+    head, voice = PGO.replace("48\n1", "48\n3").split("\tVoice 1", 1)
+    more = read(tmp_path, f"{head}\tVoice 0\n\n\t0\n\tVoice 1{voice}\tVoice 2{voice}", "map.pgo")
+    assert more.phones == times.phones
+    assert more.notes == ("of several voices the first is taken",)
+    for broken in (PGO[:-20], PGO.replace("24", "0"), PGO.replace("3 8 2", "3 8 two")):
+        with pytest.raises(InputError, match="Papagayo's project: others"):
+            read(tmp_path, broken, "map.pgo")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0:00:00.050 0:00:00.400 hello\n00:00:00.400 00:00:00.800 bob\n",
+        "00:00.050\t00:00.400\thello\n00:00.400\t00:00.800\tbob\n",
+        "[00:00.050 --> 00:00.400]  hello\n[00:00.400 --> 00:00.800]  bob\n",
+        "0:00:00.050,0:00:00.400,hello\n0:00:00.400,0:00:00.800,bob\n",
+        "start,end,text\n0:00:00.050,0:00:00.400,hello\n00:00.400,00:00.800,bob\n",
+        "start;end;text\n00:00:00,050;00:00:00,400;hello\n00:00:00,400;00:00:00,800;bob\n",
+        "0,05;0,4;hello\n0,4;0,8;bob\n",
+        "0,05\t0,4\thello\n0,4\t0,8\tbob\n",
+        [{"start": f"0:00:0{a}", "end": f"00:0{b}", "text": t} for a, b, t in HELLO_BOB],
+    ],
+)
+def test_times_in_minutes_and_with_decimal_commas(tmp_path, text):
+    assert shown(read(tmp_path, text).words) == HELLO_BOB
+
+
+def test_visemes_in_lists_of_lists_and_of_events(tmp_path):
+    wanted = [(0.1, 0.18, "P"), (0.18, 0.3, "AA")]
+    rows = [["PP", 0.1, 0.18], ["viseme_aa", 0.18, 0.3]]
+    assert shown(read(tmp_path, {"visemes": rows}).phones) == wanted
+    assert shown(read(tmp_path, {"visemes": [[100, 21], [180, 2], [300, 0]]}).phones) == wanted
+    events = [{"audioOffset": round(at * 1e7), "visemeId": viseme} for at, viseme in AZURE]
+    assert shown(read(tmp_path, {"visemes": events}).phones) == MAP
+    with pytest.raises(InputError, match=r"visemes: \[0.1, 'PP'\]; allowed: \[\"PP\", 0.1, 0.2\]"):
+        read(tmp_path, {"visemes": [[0.1, "PP"]]})
+    with pytest.raises(InputError, match="1 visemes, 0 vtimes and 0 vdurations"):
+        read(tmp_path, {"visemes": ["PP"]})

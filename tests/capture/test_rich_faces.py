@@ -52,7 +52,7 @@ def said_by(head, log_posteriors, seed, richness=None, name="once"):
     return person.take(log_posteriors, RATE, frame_count=count, fps=FPS, name=name)
 
 
-@pytest.fixture(scope="module", params=[3, 11])
+@pytest.fixture(scope="module", params=[3, pytest.param(11, marks=pytest.mark.slow)])
 def take(request, head, log_posteriors):
     return said_by(head, log_posteriors, request.param)
 
@@ -108,13 +108,18 @@ def test_no_rig_of_the_package_spans_it(head, take, vertices):
     assert mean_mm(left) > 0.1 * mean_mm(moved)
 
 
-def test_the_same_seed_is_the_same_person_and_take(head, log_posteriors):
-    first, second = (said_by(head, log_posteriors, 5) for _ in range(2))
-    assert np.array_equal(first.vertices(30, 40), second.vertices(30, 40))
+@pytest.fixture(scope="module")
+def once(head, log_posteriors):
+    """Somebody else's take."""
+    return said_by(head, log_posteriors, 5)
 
 
-def test_another_take_is_not_the_same_twice(head, log_posteriors):
-    once = said_by(head, log_posteriors, 5)
+def test_the_same_seed_is_the_same_person_and_take(head, log_posteriors, once):
+    second = said_by(head, log_posteriors, 5)
+    assert np.array_equal(once.vertices(30, 40), second.vertices(30, 40))
+
+
+def test_another_take_is_not_the_same_twice(head, log_posteriors, once):
     again = said_by(head, log_posteriors, 5, name="again")
     apart = np.linalg.norm(once.vertices(20, 60) - again.vertices(20, 60), axis=2)
     assert 0.0003 < apart.max() < 0.02
@@ -125,11 +130,17 @@ def test_blocks_of_frames_are_those_of_the_whole(take, vertices):
     assert np.abs(take.vertices(17, 23) - vertices[17:23]).max() < 1e-7
 
 
-@pytest.mark.parametrize("part", ["own_shapes", "habits", "flesh", "slide", "prosody"])
-def test_each_part_can_be_left_out_and_is_then_missed(head, log_posteriors, part):
-    whole = said_by(head, log_posteriors, 7).vertices(20, 50)
-    less = said_by(head, log_posteriors, 7, replace(FaceRichness(), **{part: 0.0})).vertices(20, 50)
-    assert np.linalg.norm(whole - less, axis=2).max() > 0.0002
+@pytest.mark.parametrize(
+    "part",
+    [
+        "own_shapes",
+        "flesh",
+        *(pytest.param(n, marks=pytest.mark.slow) for n in ("habits", "slide", "prosody")),
+    ],
+)
+def test_each_part_can_be_left_out_and_is_then_missed(head, log_posteriors, once, part):
+    less = said_by(head, log_posteriors, 5, replace(FaceRichness(), **{part: 0.0})).vertices(20, 50)
+    assert np.linalg.norm(once.vertices(20, 50) - less, axis=2).max() > 0.0002
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""The command line as a person meets it: real processes, real files."""
+"""The command line as a person meets it: real files, and one real process of each kind."""
 
 import json
 import resource
@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from tests.support.commands import one_line, run_here, run_python
-from tests.support.commands import run_apart as run
+from tests.support.commands import one_line, run_apart, run_here, run_python
 
 COMMANDS = (
     "animate",
@@ -29,21 +28,22 @@ COMMANDS = (
 
 
 def refused(*arguments, says=()):
-    one_line(run(*arguments), *says)
+    one_line(run_here(*arguments), *says)
 
 
 @pytest.fixture(scope="module")
 def talk(speech_wav, tmp_path_factory):
     """A folder with an animated example."""
     folder = tmp_path_factory.mktemp("talk")
-    result = run("animate", speech_wav, "-o", folder / "talk.npz", "-o", folder / "talk.csv")
+    outputs = ("-o", folder / "talk.npz", "-o", folder / "talk.csv")
+    result = run_apart("animate", speech_wav, *outputs)
     assert result.returncode == 0, result.stderr
     return folder
 
 
 def test_help_names_every_command_and_is_quick():
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    result = run("--help")
+    result = run_apart("--help")
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     # Of the processor, so that a busy machine changes little: 0.3 s, see the benchmark.
     assert after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime < 1
@@ -54,7 +54,7 @@ def test_help_names_every_command_and_is_quick():
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_explains_itself(command):
-    result = run(command, "--help")
+    result = run_here(command, "--help")
     assert result.returncode == 0 and "Usage" in result.stdout
 
 
@@ -72,14 +72,14 @@ def test_animate_writes_what_was_asked(talk):
 
 
 def test_json_is_one_record_for_machines(speech_wav, tmp_path):
-    result = run("animate", speech_wav, "-o", tmp_path / "t.npz", "--fps", "25", "--json")
+    result = run_here("animate", speech_wav, "-o", tmp_path / "t.npz", "--fps", "25", "--json")
     record = json.loads(result.stdout)
     assert record["fps"] == 25 and record["frames"] == 267
     assert record["outputs"] == [str(tmp_path / "t.npz")]
 
 
 def test_measure_writes_a_table_and_a_plot(talk, tmp_path):
-    result = run(
+    result = run_here(
         "measure", talk / "talk.npz", "-o", tmp_path / "mouth.csv", "--plot", tmp_path / "m.png"
     )
     assert result.returncode == 0, result.stderr
@@ -93,13 +93,13 @@ def test_measure_writes_a_table_and_a_plot(talk, tmp_path):
 
 
 def test_render_writes_other_formats_from_a_stored_motion(talk, speech_wav, tmp_path):
-    result = run(
+    result = run_here(
         "render",
         talk / "talk.npz",
         "--audio",
         speech_wav,
         "--fps",
-        "5",
+        "1",
         "--size",
         "64",
         "-o",
@@ -115,14 +115,14 @@ def test_render_writes_other_formats_from_a_stored_motion(talk, speech_wav, tmp_
 
 
 def test_info_says_what_a_file_holds(talk, speech_wav):
-    sound = json.loads(run("info", speech_wav, "--json").stdout)
+    sound = json.loads(run_here("info", speech_wav, "--json").stdout)
     assert sound["sample_rate"] == 32000 and sound["channels"] == 1
-    motion = json.loads(run("info", talk / "talk.npz", "--json").stdout)
+    motion = json.loads(run_here("info", talk / "talk.npz", "--json").stdout)
     assert motion["frames"] == 640 and "jawOpen" in motion["moving"]
 
 
 def test_doctor_finds_a_renderer_and_the_assets():
-    record = json.loads(run("doctor", "--json").stdout)
+    record = json.loads(run_here("doctor", "--json").stdout)
     assert record["renderer embreex"].startswith("works")
     assert record["head"].endswith("MB)") and record["encoder"].endswith("MB)")
     assert record["viewer"].endswith("MB)")
@@ -134,7 +134,7 @@ def test_a_folder_of_recordings(speech_wav, tmp_path):
     (tmp_path / "out").mkdir()
     for name in ("a", "b"):
         soundfile.write(tmp_path / "in" / f"{name}.wav", samples[: rate * 2], rate)
-    result = run("animate", tmp_path / "in", "-o", tmp_path / "out", "--format", "csv")
+    result = run_here("animate", tmp_path / "in", "-o", tmp_path / "out", "--format", "csv")
     assert result.returncode == 0, result.stderr
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["a.csv", "b.csv"]
 
@@ -143,7 +143,7 @@ def test_one_bad_recording_does_not_stop_the_others(speech_wav, tmp_path):
     bad, out = tmp_path / "bad.wav", tmp_path / "out"
     bad.write_text("not sound at all")
     out.mkdir()
-    result = run("animate", bad, speech_wav, "-o", out)
+    result = run_here("animate", bad, speech_wav, "-o", out)
     assert result.returncode == 1
     assert "bad.wav" in result.stderr and "1 of 2 failed" in result.stderr
     assert [p.name for p in out.iterdir()] == ["example.npz"]
@@ -158,7 +158,7 @@ class TestRefusals:
 
     def test_text_called_wav(self, tmp_path):
         (tmp_path / "a.wav").write_text("hello")
-        refused("animate", tmp_path / "a.wav", "-o", tmp_path / "t.npz", says=["a.wav"])
+        one_line(run_apart("animate", tmp_path / "a.wav", "-o", tmp_path / "t.npz"), "a.wav")
 
     def test_an_unknown_suffix(self, speech_wav, tmp_path):
         refused("animate", speech_wav, "-o", tmp_path / "t.avi", says=[".avi", ".mp4"])
@@ -219,12 +219,14 @@ def test_evaluate_real_reports_correlation_and_closures(shared_data, tmp_path):
     folder = shared_data / "grid_s1"
     names = tmp_path / "names.txt"
     names.write_text("\n".join((folder / "dev.txt").read_text().split()[:8]))
-    result = run("evaluate", "real", folder / "clips", "--names", names, "--json")
+    result = run_here("evaluate", "real", folder / "clips", "--names", names, "--json")
     summary = json.loads(result.stdout)["summary"]
     assert summary["takes"] == 8
     assert summary["opening_best_r"] > 0.5
     assert summary["closure_recall"] > 0.5
-    both = run("evaluate", "real", folder / "clips", "--names", names, "--contacts", "both").stdout
+    both = run_here(
+        "evaluate", "real", folder / "clips", "--names", names, "--contacts", "both"
+    ).stdout
     table = {line.split()[0]: line.split()[1:] for line in both.splitlines()}
     assert table["contacts"] == ["off", "auto"] and table["takes"] == ["8", "8"]
     assert float(table["closure_recall"][1]) == pytest.approx(summary["closure_recall"], abs=6e-4)
@@ -252,14 +254,14 @@ def test_evaluate_real_reports_correlation_and_closures(shared_data, tmp_path):
 )
 def test_an_option_that_no_output_has_is_refused(speech_wav, tmp_path, options, told):
     placed = [tmp_path / word if word.startswith("t.") else word for word in options]
-    result = run("animate", speech_wav, *placed)
+    result = run_here("animate", speech_wav, *placed)
     assert result.returncode == 2 and told in result.stderr
     assert list(tmp_path.iterdir()) == []
 
 
 def test_of_several_outputs_each_takes_the_options_that_it_has(speech_wav, tmp_path):
     page, table = tmp_path / "t.html", tmp_path / "t.csv"
-    result = run("animate", speech_wav, "-o", page, "-o", table, "--title", "Hello there")
+    result = run_here("animate", speech_wav, "-o", page, "-o", table, "--title", "Hello there")
     assert result.returncode == 0, result.stderr
     assert "<title>Hello there</title>" in page.read_text(encoding="utf-8") and table.is_file()
 

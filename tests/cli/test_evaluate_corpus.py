@@ -155,6 +155,7 @@ def test_shapes_are_found_by_name_in_any_order() -> None:
         basis_of((*names, "trunk"), None)
 
 
+@pytest.mark.slow
 def test_contacts_are_made_for_models_of_the_built_in_head(
     cli: Cli, refused: Cli, learned: Any, sources: Any, tmp_path: Path
 ) -> None:

@@ -29,7 +29,8 @@ def walk(command: Any, path: tuple[str, ...] = (), above: Any = None) -> Iterato
         yield from walk(below, (*path, name), context)
 
 
-EVERY = list(walk(get_command(command_line())))
+WHOLE: Any = get_command(command_line())
+EVERY = list(walk(WHOLE))
 NAMES = [" ".join(path) for path, _, _ in EVERY]
 
 
@@ -59,7 +60,7 @@ def test_an_example_is_a_command_that_exists(name: str, line: str) -> None:
     """Its options are understood, and a command's own examples are of that command."""
     words = shlex.split(line.split(" < ")[0].removesuffix(" --help"))
     assert line.startswith(name)
-    command: Any = get_command(command_line())
+    command = WHOLE
     context = None
     while hasattr(command, "commands"):
         context = command.context_class(command, parent=context)

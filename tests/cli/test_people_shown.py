@@ -6,13 +6,17 @@ import pytest
 
 from elocute import load_motion
 from elocute.animation import animate
+from elocute.audio.read import read_audio
+from elocute.audio.waveform import Waveform
 from elocute.head.looks import PEOPLE
 
 
 @pytest.fixture(scope="module")
 def take(speech_wav, tmp_path_factory):
     place = tmp_path_factory.mktemp("take") / "talk"
-    spoken = animate(speech_wav, fps=2, identity="esi")
+    speech = read_audio(speech_wav)
+    word = Waveform(speech.samples[32000:64000], speech.sample_rate)
+    spoken = animate(word, fps=2, identity="esi")
     for suffix in (".npz", ".json", ".npy"):
         spoken.write(place.with_suffix(suffix))
     return place

@@ -55,7 +55,7 @@ def test_a_wav_whose_writer_did_not_know_its_length(wav: bytes, tmp_path: Path) 
 
 def test_bytes_of_other_formats_go_out_too(wav: bytes) -> None:
     for kind, start in (("npz", b"PK"), ("glb", b"glTF"), ("html", b"<!doctype")):
-        done = run("animate", "-", "-o", "-", "--format", kind, input=wav)
+        done = run("animate", "-", "-o", "-", "--format", kind, "--look", "none", input=wav)
         assert (done.returncode, done.stderr) == (0, b"") and done.stdout.startswith(start)
 
 

@@ -51,9 +51,9 @@ def test_a_style_goes_from_one_motion_to_another(
     assert np.abs(weights[0] - weights[1]).max() < 0.2 * np.abs(plain - weights[1]).max()
 
 
-def test_clips_and_motions_are_one_speaker(cli: Cli, versed: Any, words: Path, talk: Path) -> None:
-    clip = versed.corpus.folder / "tense.own2"
-    options = "--model", versed.model, "--json"
+def test_clips_and_motions_are_one_speaker(cli: Cli, learned: Any, words: Path, talk: Path) -> None:
+    clip = learned.corpus.folder / "tense.s0"
+    options = "--model", learned.model, "--json"
     record = json.loads(cli("style", "fit", clip, *options).stdout)
     assert record["best_style"] == "tense" and record["seconds"] == 1.5
     assert set(record["styles_mm"]) == {"plain", "broad", "tense"}

@@ -94,10 +94,7 @@ def test_what_cannot_be_trained_is_one_line(
 ) -> None:
     make_corpus(tmp_path / "corpus")
     given = [word.format(corpus=tmp_path / "corpus") for word in arguments]
-    done = run_apart("train", "voca", *given, "-o", tmp_path / "out")
-    assert done.returncode == 2
-    assert told in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
+    refused("train", "voca", *given, "-o", tmp_path / "out", says=told)
     assert not (tmp_path / "out" / "model.onnx").exists()
 
 
@@ -137,8 +134,8 @@ def test_a_training_goes_on_only_where_one_began(
     make_corpus(tmp_path / "corpus")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "log.csv").write_text("my notes")
-    done = run_apart("train", "voca", tmp_path / "corpus", "-o", tmp_path / "mine", "--resume")
-    assert done.returncode == 2 and "no checkpoint.safetensors beside it" in done.stderr
+    train = "train", "voca", tmp_path / "corpus", "-o", tmp_path / "mine", "--resume"
+    refused(*train, says="no checkpoint.safetensors beside it")
     assert (tmp_path / "mine" / "log.csv").read_text() == "my notes"
 
 

@@ -85,6 +85,30 @@ def test_nan_is_named_with_its_file_and_frame(tmp_path, sources):
     assert "B.e02" not in open_corpus(tmp_path / "out").by_name
 
 
+def test_displacements_and_other_units_are_no_faces(tmp_path, sources):
+    sources.write_folder(tmp_path / "f", ("A", "B", "C"))
+    templates = pickle.loads((tmp_path / "f" / "templates.pkl").read_bytes())
+    names = ("A_e00", "B_e01", "C_e02")
+    arrays = {name: tmp_path / "f" / "vertices_npy" / f"{name}.npy" for name in names}
+    np.save(arrays["A_e00"], np.load(arrays["A_e00"]) - templates["A"].reshape(-1))
+    np.save(arrays["B_e01"], 1000 * np.load(arrays["B_e01"]))
+    frames = np.load(arrays["C_e02"])
+    frames[3, 4] = 1e30
+    np.save(arrays["C_e02"], frames)
+    told = "\n".join(convert(tmp_path / "f", tmp_path / "out"))
+    assert "apart at most, beside a head of 2" in told
+    assert "displacements; allowed: vertices; add the neutral face to every frame" in told
+    assert f"{arrays['B_e01']}: " in told and "in the unit of the neutral face" in told
+    assert "1e+30 in frame 3, beside a head" in told
+    left = open_corpus(tmp_path / "out").by_name
+    assert len(left) == 9 and not {"A.e00", "B.e01", "C.e02"} & set(left)
+    sources.write_folder(tmp_path / "g", ("A",))
+    for path in (tmp_path / "g" / "vertices_npy").iterdir():
+        np.save(path, np.load(path) - templates["A"].reshape(-1))
+    with pytest.raises(CorpusError, match="displacements"):
+        convert(tmp_path / "g", tmp_path / "all")
+
+
 def test_nan_in_a_corpus_is_named_before_anything_is_learned(tmp_path, sources):
     sources.write_folder(tmp_path / "f", ("A",))
     convert(tmp_path / "f", tmp_path / "out")

@@ -277,9 +277,9 @@ def test_a_small_shard_that_unpacks_to_much_is_refused(
 
     table = pq.read_table(folder / "words-00000.parquet").slice(0, 1)
     if what == "parameters":
-        values = pa.array(np.zeros(28 * 1_000_000, np.float32))
+        values = pa.array(np.zeros(28 * 600_000, np.float32))
         rows = pa.FixedSizeListArray.from_arrays(values, 28)
-        large = pa.ListArray.from_arrays(pa.array([0, 1_000_000], pa.int32()), rows)
+        large = pa.ListArray.from_arrays(pa.array([0, 600_000], pa.int32()), rows)
     else:
         large = pa.array(["x" * 70_000_000])
     table = table.set_column(table.schema.get_field_index(what), what, large)

@@ -11,13 +11,14 @@ import soundfile
 import soxr
 
 from elocute.audio.phones_and_visemes import PHONES
-from elocute.encoders import phone_encoder
+from elocute.encoders import phone_encoder, trunk
 from elocute.encoders.phone_encoder import PhoneEncoder
-from elocute.errors import InputError
+from elocute.errors import ModelError
 
 EXAMPLE = Path(phone_encoder.__file__).parents[1] / "assets" / "example.flac"
 BILABIAL = [PHONES.index(phone) for phone in ("P", "B", "M")]
 LABIODENTAL = [PHONES.index(phone) for phone in ("F", "V")]
+LIKELY = 0.35
 REFERENCE = Path(__file__).parents[2] / "benchmarks" / "encoder_reference.json"
 # As `recipes/example.py` printed them: "Hello. Give me any voice, and I will give it a face. My
 # mouth closes on p, b and m. Five wolves move through the blue fog. Now I rest."
@@ -64,13 +65,13 @@ def streamed(encoder: PhoneEncoder, samples: np.ndarray, size: int) -> np.ndarra
 @pytest.mark.parametrize("size", [333, 1600, 7777])
 def test_a_stream_gives_what_the_whole_file_gives(encoder, speech, size):
     whole = encoder.encode(speech)
-    np.testing.assert_allclose(streamed(encoder, speech, size), whole, atol=2e-3)
+    np.testing.assert_array_equal(streamed(encoder, speech, size), whole)
 
 
 def test_a_recording_longer_than_one_block_has_no_seams(encoder, speech, monkeypatch):
     whole = encoder.encode(speech)
-    monkeypatch.setattr(phone_encoder, "BLOCK_FRAMES", 50)
-    np.testing.assert_allclose(encoder.encode(speech), whole, atol=2e-3)
+    monkeypatch.setattr(trunk, "RUN_BLOCKS", 3)
+    np.testing.assert_array_equal(encoder.encode(speech), whole)
 
 
 @pytest.mark.parametrize("count", [0, 1, 320, 321, 16000])
@@ -82,14 +83,14 @@ def test_posteriors_sum_to_one(encoder, speech):
     np.testing.assert_allclose(np.exp(encoder.encode(speech)).sum(axis=1), 1, atol=1e-3)
 
 
-def test_lookahead_is_within_200_ms_and_as_declared(encoder, speech):
-    assert encoder.lookahead_s <= 0.2
+def test_lookahead_is_within_half_a_second_and_as_declared(encoder, speech):
+    assert encoder.lookahead_s <= 0.5
     at = 16000
     changed = speech.copy()
     changed[at:] = 0
     certain = int((at / 16000 - encoder.lookahead_s) * 50)
     before, after = encoder.encode(speech), encoder.encode(changed)
-    np.testing.assert_allclose(before[:certain], after[:certain], atol=2e-3)
+    np.testing.assert_array_equal(before[:certain], after[:certain])
     assert np.abs(before[certain + 4 :] - after[certain + 4 :]).max() > 0.1
 
 
@@ -101,20 +102,16 @@ def test_a_stream_lags_no_more_than_its_lookahead(encoder, speech):
         assert given / 50 >= (at + 320) / 16000 - encoder.lookahead_s - 0.02
 
 
-def heard(encoder, samples, phones, name) -> np.ndarray:
-    """(frame,) whether any of `phones` is above its shipped threshold."""
-    posterior = np.exp(encoder.encode(samples)[:, phones]).sum(axis=1)
-    return posterior > encoder.config["thresholds"][name]
+def heard(encoder, samples, phones) -> np.ndarray:
+    """(frame,) whether any of `phones` is likely."""
+    return np.exp(encoder.encode(samples)[:, phones]).sum(axis=1) > LIKELY
 
 
 @pytest.mark.parametrize(
-    ("phones", "name", "times"),
-    [(BILABIAL, "bilabial", LIPS_CLOSE_S), (LABIODENTAL, "labiodental", LIP_MEETS_TEETH_S)],
+    ("phones", "times"), [(BILABIAL, LIPS_CLOSE_S), (LABIODENTAL, LIP_MEETS_TEETH_S)]
 )
-def test_lips_are_heard_to_close_where_they_do_and_rarely_elsewhere(
-    encoder, speech, phones, name, times
-):
-    closed = heard(encoder, speech, phones, name)
+def test_lips_are_heard_to_close_where_they_do_and_rarely_elsewhere(encoder, speech, phones, times):
+    closed = heard(encoder, speech, phones)
     for word, time_s in times.items():
         frame = round(time_s * 50)
         assert closed[frame - 3 : frame + 4].any(), word
@@ -127,7 +124,7 @@ def test_bilabials_of_a_reader_it_never_heard(encoder, shared_data):
     hit = total = 0
     for clip in clips:
         samples, _ = soundfile.read(shared_data / "speech" / clip["path"], dtype="float32")
-        closed, at = heard(encoder, samples, BILABIAL, "bilabial"), 0
+        closed, at = heard(encoder, samples, BILABIAL), 0
         for phone, length in re.findall(r"([A-Z]+)(\d+)", clip["phones"]):
             if phone in ("P", "B", "M"):
                 hit += closed[max(0, at - 2) : at + int(length) + 2].any()
@@ -153,22 +150,19 @@ def test_a_telephone_line_changes_little(encoder, speech):
     assert (clean.argmax(axis=1) == dull.argmax(axis=1)).mean() > 0.6
 
 
-def test_the_file_is_small_and_carries_its_configuration(encoder):
-    assert phone_encoder.BUILTIN_PATH.stat().st_size <= 8_000_000
-    assert encoder.config["rate_hz"] == 50
-    assert 0 < encoder.config["thresholds"]["bilabial"] < 1
-    assert 0 < encoder.config["thresholds"]["labiodental"] < 1
+def test_the_file_is_small():
+    assert trunk.SHIPPED_PATH.stat().st_size <= 14.5e6
 
 
 def test_a_file_that_is_no_network_is_refused(tmp_path):
     path = tmp_path / "phones.onnx"
     path.write_bytes(b"not a network")
-    with pytest.raises(InputError, match=r"phones\.onnx"):
+    with pytest.raises(ModelError, match=r"phones\.onnx"):
         PhoneEncoder(path).encode(np.zeros(16000, np.float32))
-    with pytest.raises(InputError, match="missing"):
-        PhoneEncoder(tmp_path / "none.onnx")
+    with pytest.raises(ModelError, match="no such file"):
+        PhoneEncoder(tmp_path / "none.onnx").encode(np.zeros(16000, np.float32))
 
 
 def test_onnxruntime_uses_one_thread(encoder):
-    assert isinstance(encoder._session, onnxruntime.InferenceSession)
-    assert encoder._session.get_session_options().intra_op_num_threads == 1
+    assert isinstance(encoder.network.session, onnxruntime.InferenceSession)
+    assert encoder.network.session.get_session_options().intra_op_num_threads == 1

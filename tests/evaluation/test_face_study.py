@@ -32,9 +32,9 @@ SOUND = 2  # seed of three faces without a fault
 
 @pytest.fixture(scope="module")
 def words(speech_wav: Path) -> Waveform:
-    """Three seconds of speech with p, b or m in it."""
+    """Four seconds of speech with three words that begin with m."""
     speech = read_audio(speech_wav).resample(16000)
-    return Waveform(speech.samples[16000:64000], 16000)
+    return Waveform(speech.samples[16000:80000], 16000)
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from elocute.adoption.motion_files import open_motion
 from elocute.errors import MotionError
 from elocute.export.arkit_csv import arkit_curves, head_poses, write_csv
 from elocute.export.curve_files import AZURE, read_curves
@@ -180,6 +181,8 @@ def test_tables_with_other_columns_and_marks(given):
     found = read_curves(given(live_link(codes, some, ";"), "a.csv"))
     assert np.allclose(found.curves.select(some).values, WEIGHTS[:, :20])
     assert not found.curves["tongueOut"].any()
+    comma = live_link(codes, some, ";").replace("0.", "0,")
+    assert np.allclose(read_curves(given(comma, "a.csv")).curves.values, found.curves.values)
     rows = [["timeCode", "blendShapes.JawOpen", "blendShapes.MouthClose", "emotion.joy"]]
     rows += [[f / 30, 0.5, 0.25, 1] for f in range(60)]
     path = given("", "a2f.csv")
@@ -246,3 +249,30 @@ def test_hundredths_may_be_a_little_below_zero(given):
     found = read_curves(given({"fps": 30, "frames": frames}))
     assert found.curves["jawOpen"].tolist() == pytest.approx([-0.002, 0.3])
     assert "up to 90 are taken for hundredths" in found.notes[0]
+
+
+def test_weights_beyond_what_a_shape_has_are_told_with_their_column(given):
+    names, shown = ["jawOpen", "mouthPucker"], np.abs(np.sin(np.arange(60)))[:, None] * [0.8, 0.5]
+    for scale, high, told in (
+        (1, 1.4, ["jawOpen reaches 1.4 at frame 7"]),
+        (1, 6, ["jawOpen reaches 6 at frame 7"]),
+        (100, 130, ["weights up to 130 are taken for hundredths", "jawOpen reaches 1.3 at frame"]),
+        (1, 1.02, []),
+        (100, 100, ["weights up to 100 are taken for hundredths"]),
+    ):
+        rows = scale * shown
+        rows[7, 0] = high
+        lines = [",".join(map(repr, row)) for row in rows.tolist()]
+        path = given("\n".join([",".join(names), *lines]), "take.csv")
+        found = read_curves(path, 30)
+        assert found.curves["jawOpen"].max() == pytest.approx(high / scale)
+        assert len(found.notes) == len(told)
+        assert all(each in note for each, note in zip(told, found.notes, strict=True))
+
+
+def test_curves_that_go_where_no_face_is_are_refused(given):
+    path = given({"fps": 30, "frames": [{"jawOpen": 0.5}, {"jawOpen": -900_000}]})
+    with pytest.raises(
+        MotionError, match=r"take.json: motion: a vertex .* m .*in frame 1; allowed"
+    ):
+        open_motion(path)

@@ -162,6 +162,17 @@ def test_a_notebook_shows_the_viewer(speech_wav, browser, tmp_path):
         browser.switch_to.default_content()
 
 
+@pytest.mark.parametrize(
+    ("words", "said"), [(("今日", "は、", "ok?"), "今日は、ok?"), (("สวัสดี", "ครับ"), "สวัสดีครับ")]
+)
+def test_captions_have_spaces_where_their_script_has_them(page, browser, tmp_path, words, said):
+    timed = [(0.1 * k, 0.1 * k + 0.1, word) for k, word in enumerate(words)]
+    write_html(page[1], tmp_path / "words.html", words=timed)
+    open_viewer(browser, tmp_path / "words.html")
+    browser.execute_script("elocute.jump(0.1); elocute.show()")
+    assert browser.find_element("id", "captions").text == said
+
+
 def test_known_words_are_captions(page, browser, tmp_path):
     """A word is shown as it is, and marked while it is said."""
     words = [(0.1, 0.5, "one"), (0.5, 0.9, "</script><b>")]

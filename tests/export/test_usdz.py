@@ -5,6 +5,7 @@ import io
 import os
 import zipfile
 from importlib import import_module
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,10 +20,10 @@ from elocute.head.normals import linear_colors
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.motion.motion import Motion
 
-Gf, Usd, UsdGeom, UsdShade, UsdSkel, UsdValidation = (
-    import_module(f"pxr.{name}")  # it says nothing of its types
-    for name in ("Gf", "Usd", "UsdGeom", "UsdShade", "UsdSkel", "UsdValidation")
-)
+
+def pxr(name: str) -> Any:
+    """A module of theirs, which says nothing of its types, where it is needed: 80 MB."""
+    return import_module(f"pxr.{name}")
 
 
 @pytest.fixture(scope="module")
@@ -42,14 +43,14 @@ def package(motion, speech_wav, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def stage(package):
-    return Usd.Stage.Open(str(package))
+    return pxr("Usd").Stage.Open(str(package))
 
 
 def complaints(path):
-    context = UsdValidation.ValidationContext(
-        UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    context = pxr("UsdValidation").ValidationContext(
+        pxr("UsdValidation").ValidationRegistry().GetOrLoadAllValidators()
     )
-    return [error.GetMessage() for error in context.Validate(Usd.Stage.Open(str(path)))]
+    return [error.GetMessage() for error in context.Validate(pxr("Usd").Stage.Open(str(path)))]
 
 
 def test_its_validators_find_nothing(package):
@@ -65,9 +66,11 @@ def test_its_validators_find_what_is_wrong(package, tmp_path):
 
 def test_vertices_are_those_of_the_motion(motion, package):
     """Shapes and joints, computed by UsdSkel."""
-    stage = Usd.Stage.Open(Usd.Stage.Open(str(package)).Flatten())
-    assert UsdSkel.BakeSkinning(UsdSkel.Root(stage.GetDefaultPrim()), Gf.Interval(0, 19))
-    points = UsdGeom.Mesh(stage.GetPrimAtPath("/Head/Face")).GetPointsAttr()
+    stage = pxr("Usd").Stage.Open(pxr("Usd").Stage.Open(str(package)).Flatten())
+    assert pxr("UsdSkel").BakeSkinning(
+        pxr("UsdSkel").Root(stage.GetDefaultPrim()), pxr("Gf").Interval(0, 19)
+    )
+    points = pxr("UsdGeom").Mesh(stage.GetPrimAtPath("/Head/Face")).GetPointsAttr()
     wanted = motion.dressed().vertices()
     assert np.ptp(wanted, axis=0).max() > 0.005
     for frame in (0, 7, 19):
@@ -76,7 +79,7 @@ def test_vertices_are_those_of_the_motion(motion, package):
 
 
 def test_normals_follow_the_shapes(motion, stage):
-    shape = UsdSkel.BlendShape(stage.GetPrimAtPath("/Head/Face/jawOpen"))
+    shape = pxr("UsdSkel").BlendShape(stage.GetPrimAtPath("/Head/Face/jawOpen"))
     rows = np.array(shape.GetPointIndicesAttr().Get())
     offsets = np.array(shape.GetOffsetsAttr().Get())
     assert len(rows) == len(offsets) == len(shape.GetNormalOffsetsAttr().Get())
@@ -86,12 +89,12 @@ def test_normals_follow_the_shapes(motion, stage):
 
 
 def test_names_times_and_units(motion, stage):
-    assert UsdGeom.GetStageMetersPerUnit(stage) == 1
-    assert UsdGeom.GetStageUpAxis(stage) == "Y"
+    assert pxr("UsdGeom").GetStageMetersPerUnit(stage) == 1
+    assert pxr("UsdGeom").GetStageUpAxis(stage) == "Y"
     assert (stage.GetTimeCodesPerSecond(), stage.GetEndTimeCode()) == (10, 19)
-    skeleton = UsdSkel.Skeleton(stage.GetPrimAtPath("/Head/Skeleton"))
+    skeleton = pxr("UsdSkel").Skeleton(stage.GetPrimAtPath("/Head/Skeleton"))
     assert list(skeleton.GetJointsAttr().Get())[:3] == ["Neck", "Neck/Head", "Neck/Head/Jaw"]
-    speech = UsdSkel.Animation(stage.GetPrimAtPath("/Head/Skeleton/Speech"))
+    speech = pxr("UsdSkel").Animation(stage.GetPrimAtPath("/Head/Skeleton/Speech"))
     names = list(speech.GetBlendShapesAttr().Get())
     assert set(ARKIT_NAMES) <= set(names) and "mouthLabiodental" in names
     weights = np.array(speech.GetBlendShapeWeightsAttr().Get(7))
@@ -100,12 +103,12 @@ def test_names_times_and_units(motion, stage):
 
 
 def test_every_face_has_one_material_with_its_images(motion, package, stage):
-    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/Head/Face"))
-    subsets = UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets()
+    mesh = pxr("UsdGeom").Mesh(stage.GetPrimAtPath("/Head/Face"))
+    subsets = pxr("UsdShade").MaterialBindingAPI(mesh).GetMaterialBindSubsets()
     faces = np.concatenate([subset.GetIndicesAttr().Get() for subset in subsets])
     assert sorted(faces) == list(range(len(mesh.GetFaceVertexCountsAttr().Get())))
     for subset in subsets:
-        bound, _ = UsdShade.MaterialBindingAPI(subset).ComputeBoundMaterial()
+        bound, _ = pxr("UsdShade").MaterialBindingAPI(subset).ComputeBoundMaterial()
         assert bound and bound.ComputeSurfaceSource()[0].GetIdAttr().Get() == "UsdPreviewSurface"
     with zipfile.ZipFile(package) as opened:
         images = [name for name in opened.namelist() if name.startswith("images/")]
@@ -115,7 +118,7 @@ def test_every_face_has_one_material_with_its_images(motion, package, stage):
 
 
 def test_colours_without_images_are_linear(motion, stage):
-    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/Head/Face"))
+    mesh = pxr("UsdGeom").Mesh(stage.GetPrimAtPath("/Head/Face"))
     colors = np.array(mesh.GetDisplayColorAttr().Get())
     assert colors == pytest.approx(linear_colors(motion.dressed().head), abs=1e-4)
 
@@ -129,8 +132,10 @@ def test_the_sound_is_inside(package, speech_wav, stage):
 
 def test_by_default_the_shapes_are_arkit_s(motion, tmp_path):
     write_usdz(motion, tmp_path / "a.usdz")
-    stage = Usd.Stage.Open(str(tmp_path / "a.usdz"))
-    names = UsdSkel.Animation(stage.GetPrimAtPath("/Head/Skeleton/Speech")).GetBlendShapesAttr()
+    stage = pxr("Usd").Stage.Open(str(tmp_path / "a.usdz"))
+    names = (
+        pxr("UsdSkel").Animation(stage.GetPrimAtPath("/Head/Skeleton/Speech")).GetBlendShapesAttr()
+    )
     assert set(names.Get()) == set(ARKIT_NAMES)
     assert not stage.GetPrimAtPath("/Voice")
 

@@ -9,12 +9,14 @@ import pytest
 from scipy.sparse import csc_matrix
 
 from elocute.errors import HeadError, InputError
+from elocute.head.builtin import load_builtin_head
 from elocute.head.flame import load_flame
 from elocute.head.identity import read_identity
 from elocute.head.mesh import head_from_arrays
 from elocute.head.store import load_head, save_head
 from elocute.motion.motion import Motion
 from elocute.motion.store import load_motion, save_motion
+from elocute.numerics.quaternions import no_turn
 
 
 def small_head():
@@ -154,3 +156,22 @@ def test_identities_of_other_numbers(tmp_path, text):
     path.write_text(text)
     with pytest.raises(HeadError, match="allowed"):
         read_identity(path)
+
+
+def test_motions_that_go_where_no_face_is_are_refused(tmp_path):
+    path = tmp_path / "far.npz"
+    weights = np.zeros((5, 2), np.float32)
+    weights[3, 1] = 5e5
+    save_motion(Motion(small_head(), weights, 30.0), path)
+    assert "a vertex 8.66e+03 m from where it rests, in frame 3; allowed: up to 10 m" in refused(
+        path, load_motion
+    )
+    weights[3, 1] = 500  # 8.7 m
+    save_motion(Motion(small_head(), weights, 30.0), path)
+    assert load_motion(path).frame_count == 5
+    head = load_builtin_head()
+    turns = np.tile(no_turn(5)[:, None], (1, len(head.joint_names), 1))
+    turns[2, 1] = 1e30
+    still = np.zeros((5, len(head.expression_names)), np.float32)
+    save_motion(Motion(head, still, 30.0, turns), path)
+    assert "in frame 2; allowed: quaternions of length 1" in refused(path, load_motion)

@@ -61,6 +61,7 @@ def test_a_known_mix_is_found_again(model: VocaModel, take: ObservedMotion) -> N
     assert given.mixed_input == pytest.approx(found.mixed_input, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["plain.own0", "broad.own1", "tense.own2"])
 def test_everybody_is_known_by_a_sentence_nobody_taught(versed: Any, name: str) -> None:
     assert name in versed.corpus.split().test

@@ -144,3 +144,10 @@ def test_slopes_are_those_of_skinning(head):
 def test_what_is_refused(head, vertices, options, says):
     with pytest.raises(MotionError, match=says):
         solve_weights(head, vertices, **options)
+
+
+def test_vertices_in_another_unit_are_refused(head, talk):
+    with pytest.raises(
+        MotionError, match=r"vertices: one \d+ m from where it rests, at frame 0; .*m"
+    ):
+        solve_weights(head, 1000 * talk.vertices(), fps=30)

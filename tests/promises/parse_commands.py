@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import functools
 import io
 import json
 import runpy
@@ -49,13 +50,18 @@ def module_problem(module: str, arguments: list[str]) -> str:
     return "never parsed its arguments"
 
 
-def elocute_problem(arguments: list[str]) -> str:
+@functools.cache
+def whole_command() -> Any:
+    """`elocute` with all its commands, put together once."""
     import typer.main
 
     from elocute.cli.app import command_line
 
-    command: Any = typer.main.get_command(command_line())
-    context, rest = None, arguments
+    return typer.main.get_command(command_line())
+
+
+def elocute_problem(arguments: list[str]) -> str:
+    command, context, rest = whole_command(), None, arguments
     try:
         while hasattr(command, "commands"):
             context = command.context_class(command, parent=context)

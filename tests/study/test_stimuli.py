@@ -112,23 +112,27 @@ def test_a_study_with_answers_keeps_its_videos(folders):
         make_stimuli(folders / "study.toml", folders / "study")
 
 
-def test_a_changed_file_beside_the_videos_is_refused(folders):
-    make_stimuli(folders / "study.toml", folders / "study")
-    with (folders / "study/study.toml").open("a") as file:
+@pytest.fixture
+def made(flashes, tmp_path) -> Path:
+    """A copy of the folder of a study."""
+    return Path(shutil.copytree(flashes, tmp_path / "study"))
+
+
+def test_a_changed_file_beside_the_videos_is_refused(made):
+    with (made / "study.toml").open("a") as file:
         file.write("\n# a remark\n")
     with pytest.raises(StudyError, match="another study"):
-        open_study(folders / "study")
+        open_study(made)
 
 
 @pytest.mark.parametrize("file", ["../../x.mp4", "/etc/passwd", "videos/../../a/b.mp4", "pairs/x"])
-def test_a_manifest_names_only_its_own_videos(folders, file):
-    make_stimuli(folders / "study.toml", folders / "study")
-    path = folders / "study/manifest.json"
+def test_a_manifest_names_only_its_own_videos(made, file):
+    path = made / "manifest.json"
     record = json.loads(path.read_text())
     record["videos"][0]["file"] = file
     path.write_text(json.dumps(record))
     with pytest.raises(StudyError, match="manifest"):
-        open_study(folders / "study")
+        open_study(made)
 
 
 def test_a_folder_with_other_files_is_left_alone(folders):
@@ -331,6 +335,7 @@ sounds = [{file = "example:example.flac", start_s = 0.5, end_s = 0.7}]
 size = [64, 64]
 fps = 10
 background = "red.png"
+look = "none"
 [qualification]
 items = 0
 [catch]

@@ -107,7 +107,8 @@ def file_maker(
         elif name == "face.json":
             shutil.copy(one("sequence") / "landmarks" / "00000.json", place)
         elif name == "person.npz":
-            run("head", "adopt", one("face.ply"), "-o", place)
+            marks = one("face.json")  # without them it is searched for, which takes twice as long
+            run("head", "adopt", one("face.ply"), "--landmarks", marks, "-o", place)
         elif name == "speech.npz":
             run("blendshapes", "learn", one("corpus"), "-o", place, "--components", 3)
         elif name == "trained/model.onnx":

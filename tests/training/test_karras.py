@@ -210,6 +210,7 @@ def test_a_resumed_training_goes_on_bit_for_bit(
         fit(data, dataclasses.replace(CONFIG, emotion_speed=1.0), tmp_path, resume=True)
 
 
+@pytest.mark.slow
 def test_settings_as_published_train_too(corpus: Corpus) -> None:
     config = KarrasTrainConfig.preset("paper", epochs=1)
     data = prepare(corpus, config)

@@ -7,9 +7,9 @@ function linesOf(words) {
   let line = [], letters = 0;
   words.forEach((word, index) => {
     line.push(word);
-    letters += word[2].length + 1;
+    letters += word[2].length + word[3].length;
     const next = words[index + 1];
-    const ends = !next || next[0] - word[1] > PAUSE_S || /[.!?…]["')\]]*$/.test(word[2]);
+    const ends = !next || next[0] - word[1] > PAUSE_S || /[.!?…。！？]["')\]」』]*$/.test(word[2]);
     if (ends || letters + next[2].length > LETTERS_MAX) {
       lines.push(line);
       line = []; letters = 0;
@@ -45,10 +45,10 @@ export class Captions {
     this.room.replaceChildren();
     if (!line) return;
     const box = document.createElement("span");
-    line.forEach(([start, end, text], index) => {
+    line.forEach(([start, end, text, space], index) => {
       const word = document.createElement("b");
       word.textContent = text;
-      if (index) box.append(" ");
+      if (index) box.append(space);
       box.append(word);
       this.spans.push([word, start, end]);
     });

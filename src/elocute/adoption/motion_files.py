@@ -14,16 +14,15 @@ from elocute.errors import InputError, MotionError
 from elocute.export.curve_files import SUFFIXES, read_curves
 from elocute.files.array_reading import npz_names
 from elocute.head.flame import FlameModel, flame_vertices, load_flame
-from elocute.head.flame_layouts import is_flame, read_layout
+from elocute.head.flame_layouts import ASSUMED_FPS, is_flame, read_layout
 from elocute.head.looks import person
 from elocute.head.model import HeadModel
 from elocute.motion.blendshape_solver import solve_weights
 from elocute.motion.curves import Curves, curves_from_motion, motion_from_curves
-from elocute.motion.motion import Motion
+from elocute.motion.motion import Motion, check_reach
 from elocute.motion.store import load_motion
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 
-ASSUMED_FPS = 30.0
 NPZ_MAX_BYTES = 2_000_000_000
 BLOCK = 300
 """Frames of FLAME's vertices in memory at once."""
@@ -96,7 +95,12 @@ def open_motion(
     if path.suffix.lower() in SUFFIXES:
         found, chosen = read_curves(path, input_fps), _chosen(head, mesh)
         motion = motion_from_curves(chosen, found.curves)
-        return _told(replace(motion, rotations=found.rotations(chosen)), found.notes)
+        motion = replace(motion, rotations=found.rotations(chosen))
+        try:
+            check_reach(motion)
+        except MotionError as error:
+            raise MotionError.about(path, found=str(error)) from error
+        return _told(motion, found.notes)
     motion = load_motion(path)
     if head is None:
         return OpenedMotion(motion)
@@ -151,7 +155,7 @@ def _of_flame(
             found="FLAME's parameters without its model",
             allowed=f"`flame` with the model that they are of ({FLAME_SUFFIX})",
         )
-    parts, fps, left_out = read_layout(path)
+    parts, fps, left_out = read_layout(path, input_fps)
     notes = []
     if left_out:
         notes.append(f"{path.name}: left out {', '.join(left_out[:6])}")

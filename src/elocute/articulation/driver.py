@@ -50,6 +50,7 @@ PARTING = (
     "mouthShrugUpper",
 )
 JAW_LEFT_IN_CLOSURE = 0.30  # share of the neighbours' jaw opening that a p keeps behind its lips
+HEARD_JAW_LEFT = 0.8  # the same of a jaw that was heard: people keep it nearly open
 ONE_SIDED_SMILE = 0.45  # of a whole unit of asymmetry, on the side that it favours
 CHEEK_OF_SMILE = 0.6  # how much a smile lifts the cheek
 ASYMMETRY_REACH = 0.35  # how much a whole unit of asymmetry takes from one side
@@ -202,7 +203,7 @@ def finish_decoded(
     """
     columns = _columns(curves)
     _meet_teeth(columns, teeth, style, strength * sure)
-    _close_lips(columns, seals)
+    _close_lips(columns, seals, HEARD_JAW_LEFT)
     _pose(columns, style)
     _lean(columns, style.asymmetry)
     return _limited(columns, curves.fps)
@@ -345,19 +346,21 @@ def _meet_teeth(
         curves[name] = curves[name] + gate * INCISORS * style.upper_lip * shown
 
 
-def _close_lips(curves: dict[str, FloatArray], gate: FloatArray) -> None:
+def _close_lips(
+    curves: dict[str, FloatArray], gate: FloatArray, jaw_left: float = JAW_LEFT_IN_CLOSURE
+) -> None:
     """Seal the lips: parting curves go, the jaw rises, mouthClose takes up what it leaves."""
     for name in PARTING:
         if name in curves:
             curves[name] *= 1 - gate
     if "mouthLabiodental" in curves:
         curves["mouthLabiodental"] *= 1 - gate
-    curves["jawOpen"] *= 1 - gate * (1 - JAW_LEFT_IN_CLOSURE)
+    curves["jawOpen"] *= 1 - gate * (1 - jaw_left)
     for name, weight in VISEME_SHAPES["PP"].items():
         if name not in ("jawOpen", "mouthClose"):
             curves[name] = np.maximum(curves.get(name, np.zeros_like(gate)), gate * weight)
     # ARKit's mouthClose seals the lips where it equals jawOpen.
-    curves["mouthClose"] = gate * curves["jawOpen"]
+    curves["mouthClose"] = (1 - gate) * curves["mouthClose"] + gate * curves["jawOpen"]
 
 
 def _replace(curves: dict[str, FloatArray], shape: dict[str, float], gate: FloatArray) -> None:

@@ -23,6 +23,11 @@ SENTENCE_ENDS = (".", "!", "?", "…", "。", "！", "？")
 
 JOINERS = ("\u200c", "\u200d")
 """Persian and Hindi write them within words."""
+UNSPACED = re.compile(
+    "[\u0e00-\u0eff\u1000-\u109f\u1780-\u17ff\u2e80-\u30ff\u31f0-\u31ff\u3400-\u4dbf\u4e00-\u9fff"
+    "\uf900-\ufaff\uff00-\uffef\U00020000-\U0003ffff]"
+)
+"""Thai, Lao, Burmese, Khmer, Chinese, Japanese: what is written without spaces."""
 MARKS = re.compile(r"[^\w\s]*(?:\s+[!?;:…»”.]+(?=\s|$))?")
 """Behind a word; French has a space before some."""
 
@@ -163,6 +168,16 @@ def caption_text(word: str) -> str:
     return "".join(part if part in JOINERS else printable(part) for part in parts)
 
 
+def space_between(before: str, after: str) -> str:
+    """What stands between two words of captions whose text is not known: a space or nothing."""
+    first, last = before[-1:], after[:1]
+    if not first or not last:
+        return ""
+    both = UNSPACED.fullmatch(first) and UNSPACED.fullmatch(last)
+    is_wide_mark = UNSPACED.fullmatch(first) and unicodedata.category(first).startswith("P")
+    return "" if both or is_wide_mark else " "
+
+
 def _in_lines(text: str) -> str:
     """A long caption as two lines of about the same length."""
     if _width(text) <= LINE_LETTERS:
@@ -196,9 +211,12 @@ def as_written(words: Sequence[Label], text: str) -> list[Label]:
 
 def _written(words: Sequence[Label], text: str) -> list[tuple[Label, str]]:
     """Words as `as_written` has them, each with what stands before it: a space or nothing."""
-    found, at = [], 0
+    found, at, before = [], 0, ""
     for start, end, word in words:
-        space = "" if at and not text[at : at + 1].isspace() else " "
+        space = space_between(before, word)
+        if at:
+            space = " " if text[at : at + 1].isspace() else ""
+        before = word
         place = text.find(word, at)
         if place >= 0 and not any(map(str.isalnum, text[at:place])):
             marks = MARKS.match(text, place + len(word))

@@ -17,7 +17,10 @@ NEAR = 40
 ENDS = '.!?…:"”'
 _SSML = re.compile(r"\s*(?:<\?xml[^>]*>\s*)?(?:<!DOCTYPE[^>]*>\s*)?<speak[\s>]")
 _PREFIX = re.compile(r"(</?)[\w.-]{1,40}:")
-_MARKUP = re.compile(r"\s*(?:<\?xml|<tt\b|<!doctype|<html\b|\[script info\])", re.IGNORECASE)
+_MARKUP = re.compile(
+    r"\s*(?:<\?xml|<tt\b|<!doctype|<html\b|<sami\b|\{\d+\}\{\d+\}|\[script info\](?!.*^dialogue:))",
+    re.IGNORECASE | re.MULTILINE | re.DOTALL,
+)
 _NOT_SAID = ("desc", "metadata", "lexicon", "meta")
 _PARTED = ("p", "s", "break", "voice", "paragraph", "sentence")
 # `BOB:`, `BOB (whispers):`, `Bob:`, `Speaker 2:` at the start of a line.

@@ -13,7 +13,15 @@ from statistics import median
 from typing import Any
 
 from elocute.audio.tier_choice import TierChoice
-from elocute.audio.timed_labels import LABELS_MAX, Label, Labels, seconds_of, until_next
+from elocute.audio.timed_labels import (
+    LABELS_MAX,
+    OPEN_S,
+    Label,
+    Labels,
+    clock_seconds,
+    seconds_of,
+    until_next,
+)
 from elocute.errors import InputError
 from elocute.files.json_records import finite_number, parse_json
 
@@ -21,16 +29,16 @@ TICK_S, MILLISECOND_S = 1e-7, 1e-3
 TICKS_LEAST = 5000.0
 """A word of Azure lasts longer in ticks, and shorter in milliseconds."""
 DEPTH_MAX = 12
-OPEN_S = 0.3
-"""How long a word lasts whose end nobody says."""
 ALLOWED = (
     "visemes of Azure, Polly or TalkingHead, mouth cues of Rhubarb, or phones and words of "
     "aligners, speech engines and recognisers, or of Elocute"
 )
 STARTS = ("start", "starts", "starttime", "startts", "startoffset", "begin", "ts", "startms")
+STARTS += ("offsetmilliseconds", "offsetinticks", "starttimeseconds")
 ENDS = ("end", "ends", "endtime", "endts", "endoffset", "endms")
 LENGTHS = ("duration", "durations", "durationms")
-PHONE_KEYS = ("phone", "phoneme")
+LENGTHS += ("durationmilliseconds", "durationinticks", "durationseconds")
+PHONE_KEYS = ("phone", "phoneme", "phonesymbol")
 LABEL_KEYS = ("word", "text", "label", "value", "content", "punctuatedword")
 FIRST_ONLY = ("alternatives", "nbest", "channels")
 NOT_SAID = frozenset(
@@ -89,6 +97,8 @@ def _from_list(values: list[Any]) -> Labels:
         if found.words:
             return found
     events = [_plain(each) for each in values]
+    if any("timestampinfo" in _inner(event) for event in events):
+        return _inworld(events)
     if any("alignment" in event or "normalizedalignment" in event for event in events):
         return _letters(events)
     if any("wordtimestamps" in event or "phonemetimestamps" in event for event in events):
@@ -110,6 +120,10 @@ def _from_events(events: Sequence[Record], values: Any) -> Labels:
         raise InputError(f"{len(events)} events; allowed: 1 to {LABELS_MAX}")
     if any("visemeid" in event for event in events):
         return _azure_visemes(events)
+    if any("nbest" in event or ("word" in event and "offset" in event) for event in events):
+        return _azure_assessment(events)
+    if any("timestampinfo" in _inner(event) for event in events):
+        return _inworld(events)
     if any("blendshapes" in event or "facsnames" in event for event in events):
         raise InputError(f"blend shapes, which are curves of a face; allowed: {ALLOWED}")
     if all("time" in event and "type" in event for event in events):
@@ -243,20 +257,68 @@ def _azure_words(events: Sequence[Record]) -> Labels:
     return Labels(words=words)
 
 
-def _azure_assessment(record: Record) -> Labels:
-    """Azure's recognition and pronunciation assessment: NBest, Words, Phonemes, in ticks."""
-    best = _records(record["nbest"])
-    found = Labels()
-    for word in _records(best[0].get("words", []) if best else []):
-        found.words.append(_ticks(word, "word"))
-        found.phones.extend(_ticks(each, "phoneme") for each in _records(word.get("phonemes", [])))
+def _azure_assessment(events: Iterable[Record]) -> Labels:
+    """Azure's recognition and pronunciation assessment: NBest, Words, Phonemes, in ticks; or words
+    alone. Those that were not said have no time."""
+    found, missed = Labels(), 0
+    for event in events:
+        best = _records(event["nbest"])[:1] if "nbest" in event else [event]
+        for word in (w for each in best for w in _records(each.get("words") or [event])):
+            if "offset" not in word:
+                missed += "word" in word
+                continue
+            found.words.append(_ticks(word, "word"))
+            phones = _records(word.get("phonemes") or [])
+            found.phones.extend(_ticks(each, "phoneme") for each in phones)
+    if missed:
+        found.notes.append(f"{missed} words without times are left out")
     return found
 
 
 def _ticks(record: Record, name: str) -> Label:
-    start = seconds_of(record.get("offset"), f"offset of a {name}", TICK_S)
-    length = seconds_of(record.get("duration"), f"duration of a {name}", TICK_S)
+    start, length = (
+        seconds_of(record.get(f"{key}inticks", record.get(key)), f"{key} of a {name}", TICK_S)
+        for key in ("offset", "duration")
+    )
     return start, start + length, _text(record.get(name))
+
+
+def _google_marks(record: Record) -> Labels:
+    """Google: when the marks of an SSML are reached; called as the words behind them."""
+    marks = _records(record["timepoints"])
+    named = [
+        (seconds_of(mark.get("timeseconds", 0), "time of a mark"), _text(mark.get("markname")))
+        for mark in marks
+    ]
+    numbered = [name for _, name in named if any(map(str.isdecimal, name))]
+    if len(numbered) > len(named) / 2:
+        raise InputError.about(
+            "marks",
+            found=", ".join(numbered[:3])[:60],
+            allowed="marks called as the words that follow them",
+            remedy='write <mark name="hello"/>hello',
+        )
+    return Labels(words=until_next(named), notes=["names of marks were taken for words"])
+
+
+def _inner(record: Record) -> Record:
+    inner = record.get("result")
+    return _plain(inner) if isinstance(inner, dict) else record
+
+
+def _inworld(events: Iterable[Record]) -> Labels:
+    """Inworld: words or letters as columns, and phones, of one answer or of a stream's parts."""
+    infos = [_plain(_inner(event).get("timestampinfo") or {}) for event in events]
+    if any(info.get("characteralignment") for info in infos):
+        return _letters([{"alignment": info.get("characteralignment")} for info in infos])
+    found = Labels()
+    for info in infos:
+        words = _plain(info.get("wordalignment") or {"words": []})
+        if words.get("words"):
+            times = ("wordstarttimeseconds", "wordendtimeseconds")
+            found.words.extend(_columns(words, "words", times))
+            found.phones.extend(_anywhere(words.get("phoneticdetails")).phones)
+    return found
 
 
 def _mfa(record: Record, choice: TierChoice) -> Labels:
@@ -334,6 +396,8 @@ def _words(record: Record) -> Labels:
     if _is_texts(record["words"]):
         return Labels(words=_columns(record, "words", ("wtimes", "wdurations")))
     found, missed = Labels(), 0
+    if any("offset" in word for word in _records(record["words"])):
+        return _azure_assessment(_records(record["words"]))
     for word in _records(record["words"]):
         start = word.get(_key(word, STARTS))
         if start is None or word.get("type") in NOT_SAID:  # Gentle did not find it
@@ -364,8 +428,16 @@ def _phones(key: str) -> Callable[[Record], Labels]:
 
 
 def _visemes(record: Record) -> Labels:
-    """TalkingHead: names of Oculus's visemes, with times and durations in ms."""
-    rows = _columns(record, "visemes", ("vtimes", "vdurations"))
+    """TalkingHead: names of Oculus's visemes, with times and durations in ms; or events."""
+    given = _list(record["visemes"])
+    rows = [row for each in given if isinstance(each, list) and (row := _triple(each))]
+    if _is_texts(given):
+        rows = _columns(record, "visemes", ("vtimes", "vdurations"))
+    elif len(rows) < len(given):
+        if all(isinstance(each, dict) or _is_pair(each) for each in given):
+            return _from_list(given)
+        allowed = '["PP", 0.1, 0.2] in s, [100, 21] of Azure, or records'
+        raise InputError.about("visemes", found=str(given[0])[:40], allowed=allowed)
     phones = [(start, end, name.removeprefix("viseme_")) for start, end, name in rows]
     return Labels(phones=phones, alphabet="oculus")
 
@@ -407,7 +479,7 @@ def _cartesia(events: Iterable[Record]) -> Labels:
 
 def _columns(record: Record, kind: str, times: tuple[str, str]) -> list[Label]:
     """Labels, starts, and ends or durations, each a list of its own."""
-    labels, starts, lasts = (_list(record.get(key)) for key in (kind, *times))
+    labels, starts, lasts = (_list(record.get(key, [])) for key in (kind, *times))
     if not len(labels) == len(starts) == len(lasts):
         raise InputError(
             f"{len(labels)} {kind}, {len(starts)} {times[0]} and {len(lasts)} {times[1]}; "
@@ -461,7 +533,8 @@ def _spoken_letters(record: Record) -> list[Label]:
     in_ms = "chars" in inner
     keys = ("chars", "charstarttimesms", "chardurationsms")
     if not in_ms:
-        keys = ("characters", "characterstarttimesseconds", "characterendtimesseconds")
+        ends = "s" if "characterstarttimesseconds" in inner else ""  # Inworld's have none
+        keys = ("characters", f"characterstarttime{ends}seconds", f"characterendtime{ends}seconds")
     if keys[0] not in inner:
         return []
     letters, starts, lasts = (_list(inner.get(key)) for key in keys)
@@ -486,7 +559,8 @@ def _word(record: Record) -> Label:
     times = []
     for keys, what in ((STARTS, "start"), ((*ENDS, *lengths), "end")):
         key = _key(record, keys)
-        unit = MILLISECOND_S if key.endswith("ms") else 1.0
+        unit = MILLISECOND_S if key.endswith(("ms", "milliseconds")) else 1.0
+        unit = TICK_S if key.endswith("ticks") else unit
         times.append(seconds_of(_number(record.get(key)), f"{what} of a {kind}", unit))
     end = times[0] + times[1] if _key(record, lengths) else times[1]
     return times[0], end, _text(record.get(_key(record, (*PHONE_KEYS, *LABEL_KEYS))))
@@ -498,7 +572,9 @@ def _key(record: Record, keys: Iterable[str]) -> str:
 
 
 def _number(value: Any) -> Any:
-    """A time in text, as 1.25 or 1.25s, as a number."""
+    """A time in text, as 1.25, 1.25s or 0:01.25, as a number."""
+    if isinstance(value, str) and (clock := clock_seconds(value)) is not None:
+        return clock
     if isinstance(value, str) and re.fullmatch(r"\d{1,9}(\.\d{1,12})?s?", value):
         return float(value.rstrip("s"))
     return value
@@ -526,7 +602,9 @@ def _text(value: Any) -> str:
 
 
 PARSERS: dict[str, Callable[[Record], Labels]] = {
-    "nbest": _azure_assessment,
+    "nbest": lambda record: _azure_assessment([record]),
+    "timepoints": _google_marks,
+    "timestampinfo": lambda record: _inworld([record]),
     "segments": _segments,
     "visemes": _visemes,
     "mouthcues": _mouth_cues,

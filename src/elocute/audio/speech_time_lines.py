@@ -1,16 +1,25 @@
 """Times of phones and of pictures of mouths in lines of plain text, and in Rhubarb's XML.
 
-MBROLA (.pho), labels of Audacity, HTK and TIMIT, Rhubarb's .tsv, Moho's and Papagayo's .dat.
+MBROLA (.pho), labels of Audacity, HTK and TIMIT, lines of two times and a text, Rhubarb's .tsv,
+Moho's .dat, Papagayo's .pgo.
 """
 
 from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
-from elocute.audio.phone_symbols import alphabet_of
-from elocute.audio.timed_labels import LABELS_MAX, Label, Labels, seconds_of, until_next
+from elocute.audio.phone_symbols import alphabet_of, phone_of
+from elocute.audio.timed_labels import (
+    CLOCK,
+    LABELS_MAX,
+    Label,
+    Labels,
+    clock_seconds,
+    seconds_of,
+    until_next,
+)
 from elocute.errors import InputError
 
 MOHO_FPS = 24.0
@@ -28,12 +37,25 @@ _LABEL = re.compile(rf"({_NUMBER}) ({_NUMBER}) (\S.*)")
 _LRS = re.compile(rf"(\S+) ({_NUMBER}) ({_NUMBER}) -?{_NUMBER}")
 _CUE = re.compile(rf"({_NUMBER}) ([A-HX])")
 _FRAME = re.compile(r"(\d{1,9}) (AI|E|O|U|WQ|L|MBP|FV|etc|rest)")
+PAPAGAYO, FPS_MAX = "lipsync version 1", 1000.0
+_TIME = rf"({CLOCK}|\d{{1,15}}(?:[.,]\d{{1,20}})?)"
+_MICRODVD = re.compile(r"\s*\{\d+\}\{\d+\}")
+_POINTED = _TIME.replace("[.,]", "[.]")
+_ROW = re.compile(
+    rf"[\[(]?{_TIME}(?: ?(?:-->|->|[-–;|]) ?| ){_TIME}(?: ?[\]);:|] ?| )(.*)"
+    rf"|{_POINTED} ?, ?{_POINTED} ?, ?(.*)"
+)
 
 
 def parse_lines(text: str) -> Labels | None:
     """Labels of lines of one of these formats; None for any other text. Raises InputError."""
+    if _MICRODVD.match(text):
+        allowed, remedy = "times in seconds", "save them as .srt or .vtt"
+        raise InputError.about("subtitles", found="frames alone", allowed=allowed, remedy=remedy)
     lines = [" ".join(line.split()) for line in text.splitlines()]
-    lines = [line for line in lines if line and not line.startswith(";")]
+    if lines and lines[0] == PAPAGAYO:
+        return _papagayo(lines[1:])
+    lines = [_in_seconds(line) for line in lines if line and not line.startswith(";")]
     if len(lines) > LABELS_MAX:
         raise InputError(f"{len(lines)} lines; allowed: up to {LABELS_MAX}")
     if lines and lines[0].startswith("MohoSwitch"):
@@ -59,7 +81,8 @@ def parse_cue_xml(text: str) -> Labels:
         raise InputError.about("XML", found=str(error), allowed=allowed) from None
     cues = [cue for cue in root.iter() if cue.tag.lower() == "mouthcue"]
     if not cues:
-        raise InputError.about("XML", found=f"<{root.tag}>", allowed=allowed)
+        remedy = "save subtitles as .srt or .vtt"
+        raise InputError.about("XML", found=f"<{root.tag}>", allowed=allowed, remedy=remedy)
     return Labels(
         phones=[(_time(c.get("start")), _time(c.get("end")), (c.text or "").strip()) for c in cues],
         alphabet="rhubarb",
@@ -76,6 +99,20 @@ def _matched(pattern: re.Pattern[str], lines: list[str]) -> list[re.Match[str]]:
     """What a pattern finds in the lines; nothing where one of them has another form."""
     found = [pattern.fullmatch(line) for line in lines]
     return [match for match in found if match] if all(found) else []
+
+
+def _in_seconds(line: str) -> str:
+    """A line of two times and a text, however they are written, as one of seconds with points."""
+    row = _ROW.fullmatch(line)
+    if row is None:
+        return line
+    *times, text = (part for part in row.groups() if part is not None)
+    seconds = (clock_seconds(time) for time in times)
+    plain = [
+        time.replace(",", ".") if at is None else f"{at:.6f}"
+        for time, at in zip(times, seconds, strict=True)
+    ]
+    return " ".join([*plain, text])
 
 
 def _mbrola(rows: list[re.Match[str]]) -> Labels:
@@ -122,6 +159,42 @@ def _moho(rows: list[re.Match[str]]) -> Labels:
     events = [((int(row[1]) - 1) / MOHO_FPS, row[2]) for row in rows if int(row[1]) > 0]
     note = f"frames were counted {MOHO_FPS:g} a second"
     return Labels(phones=until_next(events), alphabet="blair", notes=[note])
+
+
+def _papagayo(lines: list[str]) -> Labels:
+    """Papagayo's project: a sound, frames a second, frames, and voices, of which one is taken."""
+    try:
+        _, rate, _, voices, *rest = lines
+        rows, fps = iter(rest), float(rate)
+        found = [_voice(rows, fps) for _ in range(int(voices))]
+    except (StopIteration, ValueError, ZeroDivisionError, OverflowError):
+        allowed = "voices of phrases of words"
+        raise InputError.about("Papagayo's project", found="others", allowed=allowed) from None
+    spoken = [each for each in found if each.words] or [Labels()]
+    if len(spoken) > 1:
+        spoken[0].notes.append("of several voices the first is taken")
+    return spoken[0]
+
+
+def _voice(rows: Iterator[str], fps: float) -> Labels:
+    """Words and their pictures, each at its frame from 0; a word lasts to the end of its last one.
+
+    Raises StopIteration and ValueError for another form.
+    """
+    words, phones = list[Label](), list[Label]()
+    _ = next(rows), next(rows)  # a name and all of the text
+    for _ in range(int(next(rows))):
+        _ = next(rows), next(rows), next(rows)  # the text of a phrase, and its frames
+        for _ in range(int(next(rows))):
+            word, first, last, count = next(rows).rsplit(" ", 3)
+            end = (int(last) + 1) / fps
+            words.append((int(first) / fps, end, word))
+            pictures = [next(rows).split(" ", 1) for _ in range(int(count))]
+            starts = [int(frame) / fps for frame, _ in pictures]
+            names = [name for _, name in pictures]
+            phones += zip(starts, [*starts[1:], end], names, strict=True)
+    is_chart = all(phone_of(name, "blair") for _, _, name in phones)
+    return Labels(phones, words, "blair" if is_chart else "")
 
 
 _PARSERS: dict[re.Pattern[str], Callable[[list[re.Match[str]]], Labels]] = {

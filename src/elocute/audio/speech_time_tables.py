@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable
 
 from elocute.audio.tier_choice import TierChoice
-from elocute.audio.timed_labels import LABELS_MAX, Label, Labels
+from elocute.audio.timed_labels import LABELS_MAX, Label, Labels, clock_seconds
 from elocute.errors import InputError
 from elocute.files.delimited import DelimitedTable
 
@@ -113,14 +113,16 @@ def _column(names: tuple[str, ...]) -> Callable[[tuple[str, ...]], str]:
 
 def _seconds(table: DelimitedTable, cells: dict[str, str], column: str, number: int) -> float:
     cell = cells.get(column, "")
-    value = _number(table.number_text(cell))
+    value = clock_seconds(cell)
+    if value is None:
+        value = _number(table.number_text(cell))
     if value is None or value < 0:
         raise InputError.about(
             f"row {number}, column {column}",
             found=repr(cell[:40]),
             allowed=f"a time from 0; {COLUMNS}",
         )
-    return value / 1000 if column.endswith("_ms") else value
+    return value / 1000 if column.endswith("_ms") and ":" not in cell else value
 
 
 def parse_ctm(text: str, stem: str = "") -> list[Label]:

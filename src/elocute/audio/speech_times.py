@@ -1,7 +1,7 @@
 """Times of phones or words from a file, whatever program wrote it.
 
 Known are TextGrid (Praat, MFA, WebMAUS, SPPAS), tables and lines (CTM, CSV, MBROLA, labels, mouth
-cues), captions (.srt, .vtt), and JSON of speech engines, recognisers and aligners.
+cues), captions (.srt, .vtt, .ass, .lrc), and JSON of speech engines, recognisers and aligners.
 """
 
 from __future__ import annotations
@@ -174,15 +174,17 @@ def _labels(data: bytes, stem: str, choice: TierChoice) -> Labels:
         tiers, _ = parse_tiers(data)
         named = [(name, _rows(rows or ())) for name, rows in tiers]  # points are no stretches
         return choice.labels(named, _sorted_out)
-    if start in "[{":
-        return parse_json_times(text, choice)
     lines = None if start == "<" else parse_lines(text)
-    if lines is None and start != "<" and not is_captions(text) and has_columns(text):
-        return parse_csv(text, choice, _sorted_out)
+    shows_captions = start != "<" and lines is None and is_captions(text)
+    if lines is None and not shows_captions:
+        if start in "[{":
+            return parse_json_times(text, choice)
+        if start != "<" and has_columns(text):
+            return parse_csv(text, choice, _sorted_out)
     choice.check_unused()
     if start == "<":
         return parse_cue_xml(text)
-    if is_captions(text):
+    if shows_captions:
         return Labels(words=words_of_captions(text))
     return lines or _sorted_out(parse_ctm(text, stem))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -15,8 +16,10 @@ BYTES_MAX = 50_000_000
 LABELS_MAX = 1_000_000
 BACK_S = 0.1
 """So far events may stand out of order."""
-LAST_S = 0.15
-"""How long a last event lasts, that has a start alone."""
+LAST_S, OPEN_S = 0.15, 0.3
+"""How long a last event, and a last word, lasts whose end nobody says."""
+CLOCK = r"(?:\d{1,3}:)?\d{1,3}:\d{2}(?:[.,]\d{1,9})?"
+"""A time in hours, minutes and seconds."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,14 @@ def seconds_of(value: object, what: str, unit: float = 1.0) -> float:
     if number is None or number < 0:
         raise InputError.about(what, found=repr(value)[:40], allowed="a time from 0")
     return number * unit
+
+
+def clock_seconds(text: str) -> float | None:
+    """A time such as 1:02:03.456 or 02:03,456 in s; None for any other text."""
+    if re.fullmatch(CLOCK, text) is None:
+        return None
+    parts = [float(part) for part in text.replace(",", ".").split(":")]
+    return sum(part * 60**power for power, part in enumerate(reversed(parts)))
 
 
 def until_next(events: Iterable[tuple[float, str]]) -> list[Label]:

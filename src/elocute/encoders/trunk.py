@@ -8,15 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array, IntArray
 from elocute.audio import whisper_mel
-from elocute.audio.phones_and_visemes import PHONES
+from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.audio.waveform import SPEECH_RATE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import ModelError
@@ -24,6 +25,7 @@ from elocute.files.json_records import parse_json
 from elocute.files.onnx_session import open_session
 
 KIND = "trunk"
+SHIPPED_PATH = Path(__file__).parent / "assets" / "trunk.onnx"
 FILE_MAX_BYTES = 64_000_000
 MOUTH_FIELDS = ("opening", "width", "protrusion", "jaw", "upper_lip", "lower_lip", "shut")
 """Deviations from a person's mean; whether the lips are shut as a logit."""
@@ -36,11 +38,17 @@ REST_ROWS = 10  # of silence put before and after
 FAR = np.float32(-1e4)
 AHEAD = 4
 """Rows that each layer sees ahead."""
+SILENT_DECADES = 4.5
+"""45 dB below the loudest so far nobody speaks: what is heard there is the room, or the street."""
+QUIET_ROWS = 10  # on both sides, of which none may be louder: a stop is no rest
+SILENCE_ALONE = np.log(np.where(np.arange(len(PHONES)) == SILENCE, 0.96, 1e-3)).astype(np.float32)
 SIZES_MAX = {
     "width": 2048,
     "layers": 24,
+    "mouth_layer": 24,
     "history": 1500,
     "period": 3000,
+    "mouth_ahead": 100,
     "mouth_channels": 1024,
     "phone_channels": 1024,
     "reach": 200,
@@ -85,7 +93,12 @@ class TrunkNetwork:
             type(size) is int and 0 < size <= most
             for size, most in zip(sizes, SIZES_MAX.values(), strict=True)
         )
-        if record.get("kind") != KIND or not sized or record["width"] % 2:
+        if (
+            record.get("kind") != KIND
+            or not sized
+            or record["width"] % 2
+            or record["mouth_layer"] > record["layers"]
+        ):
             raise ModelError.about(
                 self.path, found="another network", allowed="a trunk of recipes.train_trunk"
             )
@@ -126,6 +139,12 @@ class TrunkNetwork:
         return np.concatenate([np.sin(angle), np.cos(angle)], axis=1).astype(np.float32)
 
 
+@cache
+def builtin_trunk() -> TrunkNetwork:
+    """The trunk that ships, opened once in a process."""
+    return TrunkNetwork(SHIPPED_PATH)
+
+
 @dataclass(eq=False)
 class _Layer:
     """What a layer keeps: rows that wait for what comes, and what they may look back to."""
@@ -136,10 +155,18 @@ class _Layer:
     values: Float32Array
 
 
-def trunk_lookahead_s(network: TrunkNetwork, ahead: int = AHEAD) -> float:
-    """How much later than a row's own time the sound must be known, s, its block included."""
-    layers = network.record["layers"]
-    return whisper_mel.LOOKAHEAD_S + CONTEXT / 100 + (layers * ahead + BLOCK_ROWS) / FEATURE_RATE
+def trunk_lookahead_s(network: TrunkNetwork | None = None, ahead: int = AHEAD) -> float:
+    """How much later than a row's own time the sound must be known, s, its block included.
+
+    Of the trunk that ships where none is given.
+    """
+    late = max(_rows_late((network or builtin_trunk()).record, ahead))
+    return whisper_mel.LOOKAHEAD_S + CONTEXT / 100 + (late + BLOCK_ROWS) / FEATURE_RATE
+
+
+def _rows_late(record: dict[str, Any], ahead: int) -> tuple[int, int]:
+    """Rows by which mouth and phones are late."""
+    return record["mouth_layer"] * ahead + record["mouth_ahead"], record["layers"] * ahead
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,25 +178,24 @@ class TrunkRows:
     mouth : (row, 7) float32
         `MOUTH_FIELDS`.
     phones : (row, 40) float32
-        Log-posteriors.
-    peaks : (row,) float32
-        The loudest band, decades of power.
+        Log-posteriors; silence where the sound is far below the loudest so far.
     """
 
     mouth: Float32Array
     phones: Float32Array
-    peaks: Float32Array
 
     def part(self, first: int, stop: int | None) -> TrunkRows:
         """Some of the rows."""
         kept = slice(first, stop)
-        return TrunkRows(self.mouth[kept], self.phones[kept], self.peaks[kept])
+        return TrunkRows(self.mouth[kept], self.phones[kept])
 
     @classmethod
     def joined(cls, parts: Sequence[TrunkRows]) -> TrunkRows:
         """One after the other."""
-        columns = [[one.mouth, one.phones, one.peaks] for one in parts]
-        return cls(*(np.concatenate(column) for column in zip(*columns, strict=True)))
+        return cls(
+            np.concatenate([one.mouth for one in parts]),
+            np.concatenate([one.phones for one in parts]),
+        )
 
 
 class TrunkStream:
@@ -192,7 +218,10 @@ class TrunkStream:
         self._network, record = network, network.record
         self._ahead, self._history, self._layers = ahead, record["history"], record["layers"]
         self._window = self._history + ahead + BLOCK_ROWS  # rows that a block may look at
-        self._late = self._layers * ahead  # rows by which the answers are late
+        mouth_late, phones_late = _rows_late(record, ahead)
+        self._late = max(mouth_late, phones_late)  # rows by which the answers are late
+        self._told = _nothing(self._late - mouth_late, len(MOUTH_FIELDS))
+        self._heard = _nothing(self._late - phones_late, len(PHONES))
         width, kept = record["width"], self._history + ahead
         self._state = [
             _Layer(
@@ -209,7 +238,10 @@ class TrunkStream:
         self._bands = np.full((CONTEXT, whisper_mel.BANDS), whisper_mel.LEAST, np.float32)
         self._samples = self._fed = 0
         self._total: int | None = None
-        self._peaks = np.zeros(2 * self._late, np.float32)  # two frames a row, late as answers are
+        self._near = min(QUIET_ROWS, self._late)
+        # Two frames a row, from `_near` rows before the next answer on.
+        self._peaks = np.full(2 * (self._late + self._near), -np.inf, np.float32)
+        self._loudest = np.float32(whisper_mel.QUIET)
         self._listen(_rest())
 
     def push(self, samples: Float32Array) -> TrunkRows:
@@ -242,7 +274,7 @@ class TrunkStream:
         """Run all whole blocks."""
         self._bands = np.concatenate([self._bands, self._mel.push(samples)])
         self._peaks = np.concatenate([self._peaks, self._mel.peaks])
-        given = [TrunkRows(_nothing(0, len(MOUTH_FIELDS)), _nothing(0, len(PHONES)), _nothing(0))]
+        given = [TrunkRows(_nothing(0, len(MOUTH_FIELDS)), _nothing(0, len(PHONES)))]
         while blocks := (len(self._bands) - 2 * CONTEXT + 1) // (2 * BLOCK_ROWS):
             before = max(0, REST_ROWS + self._late - self._fed)  # heard, but not given
             given.append(self._run(min(blocks, RUN_BLOCKS)).part(before, None))
@@ -272,8 +304,22 @@ class TrunkStream:
         self._phones = _moved_on(self._phones, found["phones_new"])
         self._bands = self._bands[2 * rows :]
         self._fed += rows
-        peaks, self._peaks = self._peaks[: 2 * rows], self._peaks[2 * rows :]
-        return TrunkRows(found["mouth"], found["phones"], peaks.reshape(-1, 2).max(axis=1))
+        told = np.concatenate([self._told, found["mouth"]])
+        heard = np.concatenate([self._heard, found["phones"]])
+        self._told, self._heard = told[rows:], heard[rows:]
+        phones = np.where(self._quiet(rows)[:, None], SILENCE_ALONE, heard[:rows])
+        return TrunkRows(told[:rows], phones)
+
+    def _quiet(self, rows: int) -> NDArray[np.bool_]:
+        """(row,) where the next rows and those near them are far below the loudest so far."""
+        reach = 2 * self._near + 1
+        peaks = self._peaks[: 2 * (rows + reach - 1)].reshape(-1, 2).max(axis=1)
+        self._peaks = self._peaks[2 * rows :]
+        near = np.lib.stride_tricks.sliding_window_view(peaks, reach).max(axis=1)
+        now = peaks[self._near :][:rows]
+        loudest = np.maximum.accumulate(np.append(self._loudest, now))
+        self._loudest = loudest[-1]
+        return near < loudest[1:] - SILENT_DECADES
 
     def _seen(self, starts: IntArray) -> Float32Array:
         """(block, 1, query, key) 0 where a row attends to another, `FAR` elsewhere.

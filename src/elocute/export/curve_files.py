@@ -48,8 +48,11 @@ PAUSE = 1.5
 """Frames apart from which on times are not regular."""
 REPEATED = 0.1
 """Of the frames of a clock that stands now and then; one that stands more often is none."""
-PERCENT = 1.5
-"""Weights that reach beyond are hundredths."""
+PERCENT, PERCENT_SHARE = 3.0, 0.3
+"""Weights are hundredths where those beyond add up to that share of the others: one that is too
+high makes no hundredths of a take."""
+WEIGHT_MAX = 1.05
+"""Above one, and beyond what rounding and programs that overshoot a little leave."""
 AZURE = (*ARKIT_NAMES, "headRoll", "leftEyeRoll", "rightEyeRoll")
 WIDTHS = {
     51: ARKIT_NAMES[:51],
@@ -174,15 +177,26 @@ def _curves(path: Path, table: _Table, fps: float | None) -> CurveFile:
         told = ", ".join(unknown[:6]) + (", …" if len(unknown) > 6 else "")
         notes.append(f"{path.name}: left out {told}: no curves of the head")
     values = rows[:, [place for place, key in enumerate(keys) if key in places]]
-    if PERCENT < values.max(initial=0) <= 100 and values.min(initial=0) > -values.max():
+    if _are_hundredths(values):
+        notes.append(f"{path.name}: weights up to {values.max():g} are taken for hundredths")
         values = values / 100
-        notes.append(f"{path.name}: weights up to {100 * values.max():g} are taken for hundredths")
+    frame, highest = np.unravel_index(values.argmax(), values.shape)
+    if (weight := values[frame, highest]) > WEIGHT_MAX:
+        told = f"{known[highest]} reaches {weight:g} at frame {frame}"
+        notes.append(f"{path.name}: {told}; a shape's weight goes from 0 to 1")
     names = tuple(dict.fromkeys((*ARKIT_NAMES, *known)))
     curves = Curves(values.astype(np.float32), tuple(known), rate).select(names)
     posed = None
     if min(turns) >= 0:
         posed = rows[:, turns]
     return CurveFile(curves, posed, notes=tuple(notes))
+
+
+def _are_hundredths(values: Float64Array) -> bool:
+    high, shown = values.max(initial=0), values[values > 0]
+    beyond = shown[shown > PERCENT].sum()
+    is_most = beyond > PERCENT_SHARE * (shown.sum() - beyond)
+    return bool(high > PERCENT and is_most and values.min(initial=0) > -high)
 
 
 def _key(name: str) -> str:
@@ -268,7 +282,7 @@ def _rows_of_csv(path: Path, header: list[str], rows: Iterator[list[str]]) -> _T
         if not any(cell.strip() for cell in row):
             continue
         try:
-            values = [float(row[column]) for column in columns]
+            values = [float(row[column].replace(",", ".")) for column in columns]
         except (ValueError, IndexError) as error:
             raise MotionError.about(
                 f"{path} row {number}", found="values that are not numbers"

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from elocute.audio.mouth_cue_files import caption_text
+from elocute.audio.mouth_cue_files import caption_text, space_between
 from elocute.audio.timed_labels import Label
 from elocute.errors import MachineError, printable
 from elocute.export.gltf import glb_bytes
@@ -60,7 +60,7 @@ def page_pieces(
         "fps": motion.fps,
         "duration": motion.duration_s,
         "sound": media,
-        "words": [[float(start), float(end), caption_text(word)] for start, end, word in words],
+        "words": list(_captions(words)),
         "stage": viewer_stage(head, light),
         **viewer_views(head),
     }
@@ -72,6 +72,15 @@ def page_pieces(
         "@VIEWER@": viewer,
     }
     return filled_page(page, parts)
+
+
+def _captions(words: Sequence[Label]) -> Iterator[tuple[float, float, str, str]]:
+    """Start, end, word, and what stands before it."""
+    before = ""
+    for start, end, word in words:
+        shown = caption_text(word)
+        yield float(start), float(end), shown, space_between(before, shown)
+        before = shown
 
 
 def page_asset(name: str) -> str:

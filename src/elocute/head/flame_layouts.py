@@ -2,7 +2,8 @@
 
 `elocute solve` writes shape, expression, pose, translation and fps. VHAP has expr,
 rotation, neck_pose, jaw_pose, eyes_pose; EMOCA and DECA have exp or expcode, and a pose of six:
-root and jaw; EMICA has jawpose, BEAT2 the poses of a whole body; some store a file for each frame.
+root and jaw; EMICA has jawpose; BEAT2 has the poses of a whole body, of which neck, head, jaw and
+eyes are taken; some store a file for each frame. Short stretches that were lost are filled.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from elocute.array_types import Float64Array
 from elocute.errors import ElocuteWarning, HeadError
 from elocute.files.array_reading import read_npy, read_npz
+from elocute.numerics.resampling import GAP_MAX_S
 
 FILE_MAX_BYTES = 2_000_000_000
 FRAMES_MAX = 200_000
@@ -28,11 +30,12 @@ SHAPE = ("shape", "shapecode", "shape_params", "betas")
 EXPRESSION = ("expression", "expr", "exp", "expcode", "expression_params", "expressions")
 TRANSLATION = ("translation", "transl", "trans")
 RATE = ("fps", "framerate", "mocap_frame_rate", "mocap_framerate")
+ASSUMED_FPS, DEVIATIONS_MAX = 30.0, 100.0
 TURN_MAX = 2.0
 """Radians that no jaw opens by."""
 POSES: dict[tuple[str, ...], dict[int, tuple[tuple[int, int], ...]]] = {
     ("pose", "posecode", "poses"): {
-        165: ((66, 6), (69, 9), (72, 12)),  # SMPL-X's jaw and eyes
+        165: ((36, 0), (45, 3), (66, 6), (69, 9), (72, 12)),  # SMPL-X's neck, head, jaw, eyes
         15: ((0, 0), (3, 3), (6, 6), (9, 9), (12, 12)),
         6: ((0, 0), (3, 6)),
         3: ((0, 6),),
@@ -73,13 +76,17 @@ def is_flame(names: Sequence[str]) -> bool:
     return any(name in EXPRESSION for name in names)
 
 
-def read_layout(path: str | Path) -> tuple[dict[str, Float64Array], float | None, list[str]]:
+def read_layout(
+    path: str | Path, fps: float | None = None
+) -> tuple[dict[str, Float64Array], float | None, list[str]]:
     """Read parameters in any layout.
 
     Parameters
     ----------
     path : str or Path
         An .npz; a folder with one for each frame, or with folders of exp.npy, pose.npy and so on.
+    fps : float, optional
+        Frames per second, where the file does not say it.
 
     Returns
     -------
@@ -93,12 +100,13 @@ def read_layout(path: str | Path) -> tuple[dict[str, Float64Array], float | None
     Raises
     ------
     HeadError
-        For a file that is missing, damaged or something else.
+        For a file that is missing, damaged or something else, and frames that are lost for longer
+        than `GAP_MAX_S`.
 
     Warns
     -----
     ElocuteWarning
-        For frames that are missing, and are interpolated.
+        For frames that are lost (missing, or NaN) for a moment, and are interpolated.
     """
     path = Path(path)
     paths, places = _frame_paths(path)
@@ -109,14 +117,14 @@ def read_layout(path: str | Path) -> tuple[dict[str, Float64Array], float | None
             raise HeadError.about(path, found="frames that hold different arrays", allowed=ALLOWED)
         try:
             stored = {
-                n: _filled(np.concatenate([np.atleast_2d(f[n]) for f in frames]), places)
+                n: _spread(np.concatenate([np.atleast_2d(f[n]) for f in frames]), places)
                 for n in stored
             }
         except ValueError as error:
             raise HeadError.about(
                 path, found="frames of different sizes", allowed=ALLOWED
             ) from error
-    return _parts(path, stored)
+    return _parts(path, stored, fps)
 
 
 def _frame_paths(path: Path) -> tuple[list[Path], NDArray[np.int64]]:
@@ -152,18 +160,41 @@ def _places(path: Path, found: list[Path], numbers: list[list[int]]) -> NDArray[
     places = np.concatenate([[0], np.cumsum(steps // max(1, steps.min(initial=FRAMES_MAX)))])
     if places[-1] >= FRAMES_MAX:
         raise HeadError.about(path, found=f"frames to {places[-1]}", allowed=ALLOWED)
-    if missing := int(places[-1]) + 1 - len(places):
-        told = f"{path}: {missing} frames missing between others, interpolated"
-        warnings.warn(told, ElocuteWarning, stacklevel=2)
     return places.astype(np.int64)
 
 
-def _filled(values: NDArray[Any], places: NDArray[np.int64]) -> NDArray[Any]:
-    """(frame, …) with straight lines through frames that are missing."""
+def _spread(values: NDArray[Any], places: NDArray[np.int64]) -> NDArray[Any]:
+    """(frame, …) with NaN in frames that are missing."""
     if places[-1] + 1 == len(places) or values.ndim != 2 or values.dtype.kind not in "fiu":
         return values
-    every = np.arange(places[-1] + 1)
-    return np.stack([np.interp(every, places, column) for column in values.T], axis=1)
+    every = np.full((places[-1] + 1, values.shape[1]), np.nan)
+    every[places] = values
+    return every
+
+
+def _fill(path: Path, parts: dict[str, Float64Array], fps: float) -> None:
+    """Fill frames that are not finite by straight lines. Raises HeadError where too many are."""
+    lost = ~np.all([np.isfinite(values).all(axis=1) for values in parts.values()], axis=0)
+    if not lost.any():
+        return
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], lost, [0]])))
+    starts, stops = edges[::2], edges[1::2]
+    longest = int((stops - starts).argmax())
+    first, last = int(starts[longest]), int(stops[longest]) - 1
+    if last - first + 1 > GAP_MAX_S * fps or lost.all():
+        raise HeadError.about(
+            path,
+            found=f"frames {first} to {last} missing or NaN, counted from 0",
+            allowed=f"gaps of up to {GAP_MAX_S:g} s at {fps:g} a second",
+            remedy="cut the recording there",
+        )
+    told = f"{path}: {lost.sum()} frames missing between others, interpolated"
+    warnings.warn(told, ElocuteWarning, stacklevel=2)
+    every = np.arange(len(lost))
+    for values in parts.values():
+        for column in values.T:
+            known = np.isfinite(column)
+            column[~known] = np.interp(every[~known], every[known], column[known])
 
 
 def _stored(path: Path) -> dict[str, NDArray[Any]]:
@@ -177,18 +208,16 @@ def _stored(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _parts(
-    path: Path, stored: dict[str, NDArray[Any]]
+    path: Path, stored: dict[str, NDArray[Any]], fps: float | None
 ) -> tuple[dict[str, Float64Array], float | None, list[str]]:
     def one(names: Sequence[str]) -> str | None:
         return next((name for name in names if name in stored), None)
 
     def rows(name: str) -> Float64Array:
-        values = stored[name]
-        if values.dtype.kind not in "fiu" or not 1 <= values.ndim <= 3:
+        values = np.atleast_1d(stored[name])
+        if values.dtype.kind not in "fiu" or values.ndim > 3 or not values.size:
             raise HeadError.about(path, found=f"no usable {name}", allowed=ALLOWED)
-        if not np.isfinite(values).all():
-            raise HeadError.about(path, found=f"no usable {name}: NaN or infinity", allowed=ALLOWED)
-        return np.asarray(values, np.float64).reshape(-1, values.shape[-1])
+        return np.array(values, np.float64).reshape(-1, values.shape[-1])
 
     expression = one(EXPRESSION)
     if expression is None:
@@ -196,7 +225,6 @@ def _parts(
     parts = {"expression": rows(expression)}
     count = len(parts["expression"])
     shape, shift = one(SHAPE), one(TRANSLATION)
-    parts["shape"] = np.zeros(1) if shape is None else rows(shape).mean(axis=0)
     parts["pose"], used = np.zeros((count, 15)), {expression, shape, shift}
     for names, widths in POSES.items():
         name = one(names)
@@ -209,16 +237,26 @@ def _parts(
             raise HeadError.about(path, found=f"no usable {found}", allowed=ALLOWED)
         for start, place in widths[given.shape[1]]:
             parts["pose"][:, place : place + 3] = given[:, start : start + 3]
-    turn = np.linalg.norm(parts["pose"][:, 6:9], axis=1).max()
-    if turn > TURN_MAX:
-        found = f"a jaw that turns by {turn:.3g}"
-        raise HeadError.about(path, found=found, allowed=f"radians, to {TURN_MAX:g}")
     parts["translation"] = np.zeros((count, 3)) if shift is None else rows(shift)
     if parts["translation"].shape not in ((count, 3), (1, 3)):
         raise HeadError.about(path, found="parts that do not fit each other", allowed=ALLOWED)
     parts["translation"] = np.broadcast_to(parts["translation"], (count, 3)).copy()
     rate = one(RATE)
-    fps = None if rate is None else float(np.asarray(stored[rate], np.float64).reshape(-1)[0])
-    if fps is not None and not 0 < fps < 1e4:
+    stated = None if rate is None else float(rows(rate).flat[0])
+    if stated is not None and not 0 < stated < 1e4:
         raise HeadError.about(path, found="parts that do not fit each other", allowed=ALLOWED)
-    return parts, fps, [n for n in stored if n not in {*used, *ASIDE, *RATE}]
+    _fill(path, parts, fps or stated or ASSUMED_FPS)
+    faces = np.zeros((1, 1)) if shape is None else rows(shape)
+    faces = faces[np.isfinite(faces).all(axis=1)]
+    if not len(faces):
+        raise HeadError.about(path, found=f"no usable {shape}: NaN or infinity", allowed=ALLOWED)
+    parts["shape"] = faces.mean(axis=0)
+    if (high := np.abs(parts["expression"]).max(initial=0)) > DEVIATIONS_MAX:
+        allowed = f"standard deviations, to {DEVIATIONS_MAX:g}"
+        raise HeadError.about(path, found=f"an expression of {high:.3g}", allowed=allowed)
+    with np.errstate(over="ignore"):
+        turn = np.linalg.norm(parts["pose"][:, 6:9], axis=1).max()
+    if turn > TURN_MAX:
+        found = f"a jaw that turns by {turn:.3g}"
+        raise HeadError.about(path, found=found, allowed=f"radians, to {TURN_MAX:g}")
+    return parts, stated, [n for n in stored if n not in {*used, *ASIDE, *RATE}]

@@ -17,8 +17,10 @@ from elocute.array_types import Float32Array
 from elocute.articulation.driver import LOOKAHEAD_S
 from elocute.articulation.style import Style
 from elocute.audio.mel_with_deltas import HOP, RATE
+from elocute.audio.resampling_stream import RESAMPLING_S
 from elocute.audio.sound_level import sound_level
 from elocute.audio.waveform import Waveform
+from elocute.encoders.trunk import trunk_lookahead_s
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
@@ -28,7 +30,7 @@ from elocute.models.crnn_network import (
     CrnnNetwork,
     CrnnStream,
 )
-from elocute.models.feature_extraction import RESAMPLING_S, PhonePosteriorStream, phone_lookahead_s
+from elocute.models.feature_extraction import PhonePosteriorStream
 from elocute.models.finishing import finished_curves
 from elocute.models.model_shapes import as_builtin, speech_names, with_own_shapes
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
@@ -97,7 +99,7 @@ class CrnnModel:
     def lookahead_s(self) -> float:
         features_s = WINDOW_COLUMNS * COLUMN_S
         if self.makes_contacts:
-            features_s = max(features_s, phone_lookahead_s())
+            features_s = max(features_s, trunk_lookahead_s())
         return RESAMPLING_S + features_s + self.decoder_lookahead_s
 
     def style(self, given: str | Style, *, outputs: bool = True) -> None:

@@ -13,14 +13,17 @@ import numpy as np
 
 from elocute.array_types import Float32Array
 from elocute.articulation.known_phones import known_posteriors
-from elocute.audio.band_levels import BANDS, BandLevels
 from elocute.audio.features import Features
-from elocute.audio.loudness import COLUMNS, ROW_RATE, Loudness
-from elocute.audio.phones_and_visemes import PHONES
-from elocute.audio.resampling_stream import RESAMPLING_S, ResamplingStream
+from elocute.audio.phones_and_visemes import PHONES, SILENCE
+from elocute.audio.resampling_stream import ResamplingStream
 from elocute.audio.waveform import SPEECH_RATE, Waveform
-from elocute.encoders.phone_encoder import builtin_encoder
 from elocute.encoders.protocol import FEATURE_RATE, Encoder
+from elocute.encoders.trunk import (
+    TrunkNetwork,
+    TrunkRows,
+    TrunkStream,
+    builtin_trunk,
+)
 from elocute.errors import InputError
 from elocute.models.protocol import FeatureStream, FeatureStreams, SpeechFeatures, SpeechModel
 
@@ -31,57 +34,81 @@ PhoneRefiner = Callable[[Float32Array, float], Float32Array]
 ones."""
 
 
+class Hearing:
+    """One pass of a trunk over a sound, and its phones as a stream."""
+
+    def __init__(self, network: TrunkNetwork, sample_rate: int) -> None:
+        self._resampled = ResamplingStream(sample_rate, SPEECH_RATE)
+        self._trunk = TrunkStream(network)
+        self.phones = HeardPhones()
+
+    def push(self, samples: Float32Array) -> Float32Array:
+        """Take a block of sound; the (row, 8) of `HeardMouth` that are certain now."""
+        return self._answered(self._trunk.push(self._resampled.push(samples)))
+
+    def flush(self) -> Float32Array:
+        """End the sound: the rows that were waiting for more of it."""
+        rest = self._resampled.push(np.zeros(0, np.float32), last=True)
+        before = self._answered(self._trunk.push(rest))
+        return np.concatenate([before, self._answered(self._trunk.flush())])
+
+    def _answered(self, rows: TrunkRows) -> Float32Array:
+        self.phones.take(rows.phones)
+        return np.concatenate([rows.mouth, np.exp(rows.phones[:, SILENCE, None])], axis=1)
+
+
+class HeardPhones:
+    """Log-posteriors (row, 40) that a `Hearing` heard in the blocks it was pushed before."""
+
+    name, rate = "phones", FEATURE_RATE
+
+    def __init__(self) -> None:
+        self._rows: list[Float32Array] = []
+
+    def take(self, rows: Float32Array) -> None:
+        """Keep rows until they are asked for."""
+        self._rows.append(rows)
+
+    def push(self, samples: Float32Array) -> Float32Array:
+        """What was heard since the last call; the samples themselves are not heard again."""
+        return self.flush()
+
+    def flush(self) -> Float32Array:
+        rows = np.concatenate([np.zeros((0, len(PHONES)), np.float32), *self._rows])
+        self._rows.clear()
+        return rows
+
+
+class HeardMouth:
+    """(row, 8): the mouth's fields as a `Hearing` tells them, and how surely nobody speaks."""
+
+    name, rate = "mouth", FEATURE_RATE
+
+    def __init__(self, hearing: Hearing) -> None:
+        self._hearing = hearing
+
+    def push(self, samples: Float32Array) -> Float32Array:
+        return self._hearing.push(samples)
+
+    def flush(self) -> Float32Array:
+        return self._hearing.flush()
+
+
 class PhonePosteriorStream:
-    """Log-posteriors (row, 40) of the built-in phone encoder at 50 Hz."""
+    """Log-posteriors (row, 40) of phones at 50 Hz, where nothing else of the trunk is wanted."""
 
     name, rate = "phones", FEATURE_RATE
 
     def __init__(self, sample_rate: int) -> None:
-        self._resampled = ResamplingStream(sample_rate, SPEECH_RATE)
-        self._stream = builtin_encoder().stream()
-
-    @property
-    def lookahead_s(self) -> float:
-        """How much later than its own time a row comes, s."""
-        return RESAMPLING_S + phone_lookahead_s()
+        self._hearing = Hearing(builtin_trunk(), sample_rate)
 
     def push(self, samples: Float32Array) -> Float32Array:
-        return self._stream.push(self._resampled.push(samples))
+        self._hearing.push(samples)
+        return self._hearing.phones.flush()
 
     def flush(self) -> Float32Array:
-        rest = self._stream.push(self._resampled.push(np.zeros(0, np.float32), last=True))
-        return np.concatenate([rest, self._stream.flush()])
-
-
-class VoiceSoundStream:
-    """Loudness and spectrum at 50 Hz: the columns of `Loudness`, then those of `BandLevels`."""
-
-    name, rate = "loudness and bands", ROW_RATE
-
-    def __init__(self, sample_rate: int) -> None:
-        self._resampled = ResamplingStream(sample_rate, SPEECH_RATE)
-        self._loudness, self._bands = Loudness(), BandLevels()
-        self._louder = np.zeros((0, COLUMNS), np.float32)
-        self._coloured = np.zeros((0, BANDS), np.float32)
-
-    def push(self, samples: Float32Array) -> Float32Array:
-        return self._heard(self._resampled.push(samples))
-
-    def flush(self) -> Float32Array:
-        rest = self._heard(self._resampled.push(np.zeros(0, np.float32), last=True))
-        last = self._joined(self._loudness.flush(), self._bands.flush())
-        return np.concatenate([rest, last])
-
-    def _heard(self, samples: Float32Array) -> Float32Array:
-        return self._joined(self._loudness.push(samples), self._bands.push(samples))
-
-    def _joined(self, louder: Float32Array, coloured: Float32Array) -> Float32Array:
-        """Rows that are certain in both."""
-        louder = np.concatenate([self._louder, louder])
-        coloured = np.concatenate([self._coloured, coloured])
-        count = min(len(louder), len(coloured))
-        self._louder, self._coloured = louder[count:], coloured[count:]
-        return np.concatenate([louder[:count], coloured[:count]], axis=1)
+        self._hearing.flush()
+        return self._hearing.phones.flush()
 
 
 class KnownPhoneStream:
@@ -149,11 +176,6 @@ class WholeSoundStream:
     def flush(self) -> Float32Array:
         sound = Waveform(np.concatenate(self._blocks), self._sample_rate)
         return self._encoder(sound).values
-
-
-def phone_lookahead_s() -> float:
-    """How much sound after a row of phones the encoder waits for, a row included."""
-    return builtin_encoder().lookahead_s + 1 / FEATURE_RATE
 
 
 BLOCK_S = 300.0

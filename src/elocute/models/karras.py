@@ -24,14 +24,13 @@ from elocute.audio.autocorrelation import (
     rows_in,
 )
 from elocute.audio.features import Features
-from elocute.audio.resampling_stream import ResamplingStream
+from elocute.audio.resampling_stream import RESAMPLING_S, ResamplingStream
 from elocute.audio.sound_level import sound_level
 from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.trunk import trunk_lookahead_s
 from elocute.errors import ModelError
 from elocute.models.feature_extraction import (
-    RESAMPLING_S,
     PhonePosteriorStream,
-    phone_lookahead_s,
 )
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
 from elocute.models.style_mixes import MixedStyle
@@ -78,7 +77,7 @@ class KarrasModel(VocaModel):
     def lookahead_s(self) -> float:
         row_s = (STRETCH / 2 + HOP) / SPEECH_RATE
         if self.makes_contacts:
-            row_s = max(row_s, phone_lookahead_s())
+            row_s = max(row_s, trunk_lookahead_s())
         return RESAMPLING_S + row_s + self.decoder_lookahead_s
 
     def feature_streams(

@@ -7,14 +7,13 @@ from pathlib import Path
 
 from elocute.errors import ModelError
 from elocute.files.reading import path_of
-from elocute.models import articulation_model, crnn_network, karras, talkers, trunk, voca
+from elocute.models import articulation_model, crnn_network, karras, talkers, voca
 from elocute.models.articulation_model import ArticulationModel
 from elocute.models.crnn import CrnnModel
 from elocute.models.karras import KarrasModel
 from elocute.models.model_file import check_file, open_session, stored_record
 from elocute.models.protocol import SpeechModel
 from elocute.models.talkers import TalkersModel
-from elocute.models.trunk import TrunkModel
 from elocute.models.voca import VocaModel
 from elocute.numerics.input_checks import check_kind
 
@@ -23,7 +22,6 @@ FILE_KINDS = {
     "crnn": CrnnModel,
     karras.KIND: KarrasModel,
     talkers.KIND: TalkersModel,
-    trunk.KIND: TrunkModel,
 }
 """Models by the kind in their file; all others are VOCA's."""
 

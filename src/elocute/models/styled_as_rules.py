@@ -7,10 +7,11 @@ from collections.abc import Mapping
 
 from elocute.array_types import Float32Array
 from elocute.articulation.style import STYLES, Style, mix_styles, resolve_style
+from elocute.audio.resampling_stream import RESAMPLING_S
 from elocute.audio.waveform import Waveform
+from elocute.encoders.trunk import trunk_lookahead_s
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
-from elocute.models.feature_extraction import RESAMPLING_S, phone_lookahead_s
 from elocute.models.protocol import FrameSpan, SpeechFeatures
 from elocute.models.style_mixes import EVEN
 from elocute.motion.curves import Curves
@@ -55,7 +56,7 @@ class StyledAsRules:
 
     @property
     def lookahead_s(self) -> float:
-        return RESAMPLING_S + phone_lookahead_s() + self.decoder_lookahead_s
+        return RESAMPLING_S + trunk_lookahead_s() + self.decoder_lookahead_s
 
     def style(self, given: str | Style, *, outputs: bool = True) -> Style:
         """A Style, a name, a mix of numbers, `even`, or a .json file. Raises InputError."""

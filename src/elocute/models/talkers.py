@@ -1,9 +1,10 @@
-"""The model learned from many talkers: the rules of articulation, corrected by a small network.
+"""The model learned from many talkers: a mouth straight from the sound.
 
-The rules say which shapes a sound wants; the network says how far people open, spread and lower
-the jaw when they say it. What it says is turned into the same curves through the head's measured
-response, so that lips open on the head by as many millimetres. Contacts are decoded over a phrase
-and come last; rest is a matter of style and of the length of a pause.
+The trunk hears what people's mouths do (`encoders.trunk`), and which phones are said. The rules of
+articulation say which shapes those phones want; the mouth that was heard says how far they open,
+spread and lower the jaw. It is turned into the same curves through the head's measured response, so
+that lips open on the head by as many millimetres. Contacts are decoded over a phrase and come last;
+rest is a matter of style and of the length of a pause.
 
 ONNX alone, no torch. Nothing in the file is executed but the network.
 """
@@ -13,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -31,46 +32,43 @@ from elocute.articulation.contact_decoding import (
     known_contacts,
 )
 from elocute.articulation.contacts_and_rest import contact_evidence
-from elocute.articulation.driver import FRAME_S, finish_decoded
+from elocute.articulation.driver import FRAME_S, LOOKAHEAD_S, articulate, finish_decoded
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.rest import EDGE_S, KNOWN_EDGE_S, breath_share, rest_share
 from elocute.articulation.style import Style
-from elocute.audio.loudness import COLUMNS
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
+from elocute.audio.resampling_stream import RESAMPLING_S
 from elocute.encoders.protocol import FEATURE_RATE
-from elocute.errors import ModelError
-from elocute.models.feature_extraction import (
-    PhonePosteriorStream,
-    VoiceSoundStream,
+from elocute.encoders.trunk import (
+    KIND,
+    MOUTH_FIELDS,
+    SHIPPED_PATH,
+    TrunkNetwork,
+    builtin_trunk,
+    trunk_lookahead_s,
 )
-from elocute.models.model_file import check_file, open_session, run_session, stored_record
+from elocute.errors import ModelError
+from elocute.models.feature_extraction import HeardMouth, Hearing
+from elocute.models.model_file import check_file
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
 from elocute.models.styled_as_rules import StyledAsRules
-from elocute.models.talker_inputs import (
-    LEVEL_AHEAD,
-    rule_curves,
-    rule_measures,
-    talker_inputs,
-)
-from elocute.models.talker_voice import voice_share
 from elocute.motion.curves import Curves
 from elocute.motion.mouth_measures import MEASURES
 from elocute.motion.mouth_response import builtin_response, corrected_curves
 from elocute.numerics.resampling import frame_places, read_rows
 from elocute.numerics.smoothing import smoothstep
 
-KIND = SHIPPED = "talkers"
-SHIPPED_PATH = Path(__file__).parent / "assets" / "talkers.onnx"
+SHIPPED = "talkers"
 NUMBERS_MAX_MM = 200.0
 OPENING, WIDTH, PROTRUSION, JAW = range(len(MEASURES))
-REACH_ROWS = 10  # that an output of the network sees on both sides
 TEMPO_ROWS = 5  # that a style's tempo looks at on both sides
-MARGIN = REACH_ROWS + TEMPO_ROWS
+UNHEARD = (0.5, 0.9)  # of silence in the sound, beside which known phones move as the rules say
 PARTED_MM, NEARLY_MM = 1.0, 0.6  # lips in speech come no nearer; where a p may have been heard
 EASE_MM = 0.5  # above which they slow down
 MAYBE = 0.15  # evidence of p, b or m with which lips may come as near as that
 FREEDOM = {
     "jawOpen": 0.25,
+    "mouthClose": 0.25,
     "mouthLowerDownLeft": 0.25,
     "mouthLowerDownRight": 0.25,
     "mouthUpperUpLeft": 0.22,
@@ -87,11 +85,11 @@ BEYOND = 0.4  # of its slope, with which the map goes on above its last knot: li
 SURE = (0.6, 0.9)  # of the evidence for a contact, that for teeth: where none, and all, are shown
 BREATH_MM = 4.2  # that lips part before a phrase
 STIFF_JAW = 0.8  # of its freedom that a jaw loses in them: teeth meet, and lips do the rest
-TOLERANCE_MM = {"opening_mm": 0.05, "width_mm": 1.0, "jaw_mm": 2.0}
+TOLERANCE_MM = {"opening_mm": 0.05, "width_mm": 0.5, "jaw_mm": 0.4}
 SLOWER_ROWS, SLOWEST_ROWS = 1.6, 2.2  # blur of movements twice as slow as plain ones, and the most
 SHARPER = 0.9  # share of the difference from a blur that is added where they are twice as fast
 ROUNDED = ("mouthPucker", "mouthFunnel")
-ROUNDED_SHARE = 0.85  # of the rules' width where they round the lips fully
+ROUNDED_SHARE = 0.25  # of the rules' width where they round the lips fully
 KNOWN_ROUNDED = 0.75  # of full rounding, from which all of it, where phones are known
 
 
@@ -101,8 +99,6 @@ class TalkerRecord:
 
     Parameters
     ----------
-    inputs : int
-        Columns that the network takes.
     middle_mm, spread_mm : (measure,) float64
         Mean and deviation of each measure in the speech of the middle of people, mm.
     opening_map : (2, knot) float64
@@ -111,17 +107,10 @@ class TalkerRecord:
         Of the person who trained it.
     """
 
-    inputs: int
     middle_mm: Float64Array
     spread_mm: Float64Array
     opening_map: Float64Array
     note: str
-
-
-@cache
-def _shipped_session() -> Any:
-    """Opened once in a process: it takes as long as a second of sound does."""
-    return open_session(SHIPPED_PATH)
 
 
 class TalkersModel(StyledAsRules):
@@ -130,45 +119,39 @@ class TalkersModel(StyledAsRules):
     Parameters
     ----------
     path : str or Path
-        "talkers", or an .onnx that `recipes.train_talkers` wrote.
+        "talkers", or an .onnx that `recipes.train_trunk` wrote.
     session : onnxruntime.InferenceSession, optional
         Of the same file, where it was opened before.
 
     Raises
     ------
     ModelError
-        For a file that is missing or too large; when the network is first used, for one that is
-        not such a model.
+        For a file that is missing or too large; when the network is first used, for one that is no
+        trunk.
     """
 
     kind = KIND
     fps = FEATURE_RATE
-    decoder_lookahead_s = (
-        FRAME_S
-        + max(REACH_S + DIPHTHONG_S + MARGIN / FEATURE_RATE, (LEVEL_AHEAD + MARGIN) / FEATURE_RATE)
-        + 1 / FEATURE_RATE
+    decoder_lookahead_s = max(
+        LOOKAHEAD_S, FRAME_S + REACH_S + DIPHTHONG_S + (TEMPO_ROWS + 1) / FEATURE_RATE
     )
 
     def __init__(self, path: str | Path = SHIPPED, session: Any = None) -> None:
         self.path = SHIPPED_PATH if str(path) == SHIPPED else Path(path)
         self._opened = session
-        check_file(self.path, "make one: python -m recipes.train_talkers")
+        check_file(self.path, "make one: python -m recipes.train_trunk")
 
     @cached_property
-    def _session(self) -> Any:
+    def network(self) -> TrunkNetwork:
+        """The trunk that tells mouth and phones."""
         if self.path == SHIPPED_PATH and self._opened is None:
-            return _shipped_session()
-        return self._opened or open_session(self.path)
+            return builtin_trunk()
+        return TrunkNetwork(self.path, self._opened)
 
     @cached_property
     def record(self) -> TalkerRecord:
-        return self._read_record(stored_record(self._session))
-
-    def _read_record(self, stored: dict[str, Any]) -> TalkerRecord:
-        """Raises ModelError for a record of another kind or form."""
+        stored = self.network.record
         try:
-            if stored["kind"] != self.kind:
-                raise ValueError(stored["kind"])
             numbers = [
                 np.array(stored[name], np.float64)
                 for name in ("middle_mm", "spread_mm", "opening_map")
@@ -180,23 +163,27 @@ class TalkersModel(StyledAsRules):
                 raise ValueError("opening_map")
             if not all((np.abs(each) < NUMBERS_MAX_MM).all() for each in numbers):
                 raise ValueError("numbers")
-            inputs = int(stored.get("inputs", 0))
-            return TalkerRecord(inputs, middle, spread, curve, str(stored["note"]))
+            return TalkerRecord(middle, spread, curve, str(stored["note"]))
         except (ValueError, KeyError, TypeError, OverflowError) as error:
             raise ModelError.about(
                 self.path,
-                found="an ONNX file without the record of talkers",
-                allowed=f"a model of the kind {self.kind}, as recipes/ write it",
+                found="a trunk without the record of talkers",
+                allowed="a trunk that recipes.train_trunk wrote",
             ) from error
 
     @property
     def name(self) -> str:
         return self.path.name
 
+    @property
+    def lookahead_s(self) -> float:
+        return RESAMPLING_S + trunk_lookahead_s(self.network) + self.decoder_lookahead_s
+
     def feature_streams(
         self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
     ) -> FeatureStreams:
-        return FeatureStreams(VoiceSoundStream(sample_rate), PhonePosteriorStream(sample_rate))
+        hearing = Hearing(self.network, sample_rate)
+        return FeatureStreams(HeardMouth(hearing), hearing.phones)
 
     def curves(
         self,
@@ -209,27 +196,24 @@ class TalkersModel(StyledAsRules):
     ) -> Curves:
         """Curves 0…1 of every shape that speech uses.
 
-        Without contacts, what the network makes of the rules: nothing closes the lips on p, b and
-        m, holds the lower lip at the teeth on f and v, or brings the mouth to rest in a pause.
+        Without contacts, the mouth as it was heard: nothing closes the lips on p, b and m, holds
+        the lower lip at the teeth on f and v, or brings the mouth to rest in a pause.
         """
         phones = speech.phones or speech.features
         times = np.arange(span.first, span.first + span.count) / span.fps
         last_row = phones.first + len(phones.values) - 1
-        begin = max(phones.first, math.floor(times[0] * phones.rate) - MARGIN)
-        stop = max(begin, min(last_row, math.ceil(times[-1] * phones.rate) + MARGIN)) + 1
+        begin = max(phones.first, math.floor(times[0] * phones.rate) - TEMPO_ROWS)
+        stop = max(begin, min(last_row, math.ceil(times[-1] * phones.rate) + TEMPO_ROWS)) + 1
         near = slice(begin - phones.first, stop - phones.first)
         posteriors = np.exp(phones.values)
         rules = rule_curves(phones.values, phones.first, begin, stop - begin)
         told = self._told(speech, rules, begin)
-        voice = self._voice(speech, posteriors) if contacts else np.ones(len(posteriors))
         rest = breath = np.zeros(stop - begin)
         if contacts:
-            silence, starts = 1 - (1 - posteriors[:, SILENCE]) * voice, phones.first == 0
+            silence, starts = posteriors[:, SILENCE], phones.first == 0
             edge_s = KNOWN_EDGE_S if speech.known else EDGE_S
-            rest = rest_share(silence, phones.rate, starts=starts, edge_s=edge_s)
-            rest = (1 - (1 - rest) * voice)[near]
-            breath = breath_share(silence, phones.rate, starts=starts, edge_s=edge_s)
-            breath = (breath * voice)[near]
+            rest = rest_share(silence, phones.rate, starts=starts, edge_s=edge_s)[near]
+            breath = breath_share(silence, phones.rate, starts=starts, edge_s=edge_s)[near]
         wanted = self._wanted_mm(told, style)
         parted = _parted_mm(posteriors)[near] if contacts else np.full(len(rest), NEARLY_MM)
         rounding = _rounding(rules, known=speech.known)
@@ -238,9 +222,8 @@ class TalkersModel(StyledAsRules):
         places = frame_places(span.first, span.count, phones.rate, span.fps) - begin
         found = Curves(np.clip(read_rows(rows, places), 0, 1), curve_names(), span.fps)
         since_first = times - phones.first / phones.rate
-        heard = read_rows(voice[:, None].astype(np.float32), since_first * phones.rate)[:, 0]
         seals, teeth = (
-            heard * contact_track(_contacts(speech, posteriors, kind), since_first)
+            contact_track(_contacts(speech, posteriors, kind), since_first)
             if contacts
             else np.zeros(span.count, np.float32)
             for kind in (SEALED, AT_TEETH)
@@ -248,32 +231,28 @@ class TalkersModel(StyledAsRules):
         sure = read_rows(_surely_teeth(posteriors)[:, None], since_first * phones.rate)[:, 0]
         return finish_decoded(found, seals, teeth, style, strength, sure)
 
-    def _voice(self, speech: SpeechFeatures, posteriors: Float32Array) -> Float64Array:
-        """(row,) how surely what sounds is a voice."""
-        if speech.known:
-            return np.ones(len(posteriors))
-        bands = _sound_rows(speech, len(posteriors))[:, COLUMNS:]
-        return voice_share(posteriors, bands, FEATURE_RATE)
-
     def _told(self, speech: SpeechFeatures, rules: Float32Array, begin: int) -> Float32Array:
-        """(row, output) of the network, for rows from `begin` on."""
+        """(row, measure) deviations from a person's mean, for rows from `begin` on.
+
+        Where phones are known and the sound has none, those of the rules.
+        """
         phones, sound = speech.phones, speech.features
-        if phones is None or sound.encoder != VoiceSoundStream.name:
+        if phones is None or sound.encoder != HeardMouth.name:
             raise ModelError.about(
                 self.path,
                 found=f"features of {sound.encoder} alone",
-                allowed="phones and loudness, as its feature streams give them",
+                allowed="the mouth and phones, as its feature streams give them",
             )
-        at = begin - phones.first
-        sound_rows = _sound_rows(speech, len(phones.values))[at:, :COLUMNS]
-        given = talker_inputs(phones.values[at:], sound_rows, rule_measures(rules))
-        if given.shape[1] != self.record.inputs:
-            raise ModelError.about(
-                self.path,
-                found=f"a network of {self.record.inputs} inputs",
-                allowed=f"{given.shape[1]} inputs",
-            )
-        return run_session(self._session, self.path, ["mouth"], {"inputs": given[None]})[0][0]
+        rows = np.minimum(np.arange(begin, begin + len(rules)) - sound.first, len(sound.values) - 1)
+        heard = sound.values[rows]
+        told = heard[:, : len(MEASURES)]
+        if not speech.known:
+            return told
+        low, high = UNHEARD
+        unheard = np.clip((heard[:, len(MOUTH_FIELDS)] - low) / (high - low), 0, 1)[:, None]
+        measured = builtin_response(curve_names()).measures(rules)
+        ruled = (measured - self.record.middle_mm) / self.record.spread_mm
+        return (told + unheard * (ruled - told)).astype(np.float32)
 
     def _wanted_mm(self, told: Float32Array, style: Style) -> Float64Array:
         """(row, measure) of a mouth that speaks in a style."""
@@ -290,10 +269,33 @@ class TalkersModel(StyledAsRules):
         return wanted
 
 
-def _sound_rows(speech: SpeechFeatures, count: int) -> Float32Array:
-    """(count, column) rows of the sound, beside those of phones: there may be one more or less."""
-    sound = speech.features.values
-    return sound[np.minimum(np.arange(count), len(sound) - 1)]
+def rule_curves(log_posteriors: FloatArray, first_row: int, begin: int, count: int) -> Float32Array:
+    """What coarticulation alone makes of phones, a frame for each row.
+
+    Parameters
+    ----------
+    log_posteriors : (row, 40)
+        Of phones.
+    first_row : int
+        Where the first lies in the take.
+    begin, count : int
+        The first row wanted, and how many.
+
+    Returns
+    -------
+    (count, curve) float32
+        In the order of `curve_names`.
+    """
+    bare = articulate(
+        log_posteriors,
+        FEATURE_RATE,
+        fps=FEATURE_RATE,
+        frame_count=count,
+        first_frame=begin,
+        first_row=first_row,
+        contacts=False,
+    )
+    return bare.select(curve_names()).values
 
 
 def _contacts(speech: SpeechFeatures, posteriors: Float32Array, kind: int) -> list[Contact]:

@@ -21,15 +21,15 @@ from elocute.array_types import Float32Array
 from elocute.articulation.driver import LOOKAHEAD_S
 from elocute.articulation.style import Style
 from elocute.audio.features import Features
+from elocute.audio.resampling_stream import RESAMPLING_S
 from elocute.audio.waveform import Waveform
 from elocute.encoders.registry import resolve_encoder
+from elocute.encoders.trunk import trunk_lookahead_s
 from elocute.errors import ModelError
 from elocute.head.model import HeadModel
 from elocute.models.feature_extraction import (
-    RESAMPLING_S,
     PhonePosteriorStream,
     WholeSoundStream,
-    phone_lookahead_s,
 )
 from elocute.models.finishing import finished_curves
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
@@ -197,7 +197,7 @@ class VocaModel:
     def lookahead_s(self) -> float:
         if self.record.encoder != "phones":
             return float("inf")
-        return RESAMPLING_S + phone_lookahead_s() + self.decoder_lookahead_s
+        return RESAMPLING_S + trunk_lookahead_s() + self.decoder_lookahead_s
 
     def style(self, given: str | Style, *, outputs: bool = True) -> MixedStyle:
         """Raises ModelError for an unknown style."""

@@ -22,7 +22,7 @@ from elocute.motion.joint_jacobians import (
     rig_of,
     vertex_transforms,
 )
-from elocute.motion.motion import Motion
+from elocute.motion.motion import REACH_MAX_M, Motion
 from elocute.numerics.bounded_least_squares import solve_box
 from elocute.numerics.quaternions import from_axis_angle, from_matrices, multiply, no_turn
 from elocute.numerics.rigid_alignment import nearest_rotation
@@ -106,6 +106,9 @@ def solve_weights(
         target = np.asarray(given[frame], np.float64)
         if not np.isfinite(target).all():
             raise MotionError(f"vertices: found NaN or infinity at frame {frame}")
+        if (far := np.abs(target - head.template).max()) > REACH_MAX_M:
+            found = f"one {far:.3g} m from where it rests, at frame {frame}"
+            raise MotionError.about("vertices", found=found, allowed=f"metres, to {REACH_MAX_M:g}")
         state = _solve_frame(problem, draft, target, state)
         weights[frame], turns[frame] = state.weights, state.turns
         if progress:

@@ -27,6 +27,8 @@ from elocute.one_line_repr import brief
 
 FPS_MIN, FPS_MAX = 0.001, 1000.0
 AT_A_TIME = 8  # frames expanded together: enough for a fast product, few enough for the cache
+REACH_MAX_M, TURN_SLACK = 10.0, 0.1
+"""No vertex of a face goes so far, and no rotation's length is so far from one."""
 WEIGHT_MAX = 1e6
 """Far beyond any shape's weight; sums and squares of such vertices still fit a float32."""
 
@@ -305,6 +307,42 @@ def checked_fps(fps: float) -> float:
             "fps", found=brief(fps), allowed=f"above 0 (from {FPS_MIN:g}), at most {FPS_MAX:g}"
         )
     return number
+
+
+def check_reach(motion: Motion) -> None:
+    """Raise MotionError where a motion of others takes a face where no face is.
+
+    Parameters
+    ----------
+    motion : Motion
+        As it was read.
+
+    Raises
+    ------
+    MotionError
+        For a vertex that goes further than `REACH_MAX_M`, and rotations that are none.
+    """
+    basis = motion.head.expression_basis
+    reach = np.linalg.norm(basis, axis=2).max(axis=1, initial=0)
+    frame = int((np.abs(motion.weights) @ reach).argmax())  # no frame moves a vertex further
+    if np.abs(motion.weights[frame]) @ reach > REACH_MAX_M:
+        moved = np.linalg.norm(np.tensordot(motion.weights[frame], basis, 1), axis=1).max()
+        if moved > REACH_MAX_M:
+            raise MotionError.about(
+                "motion",
+                found=f"a vertex {moved:.3g} m from where it rests, in frame {frame}",
+                allowed=f"up to {REACH_MAX_M:g} m",
+            )
+    if motion.rotations is not None:
+        with np.errstate(over="ignore"):
+            lengths = np.linalg.norm(motion.rotations, axis=2)
+        wrong = np.abs(lengths - 1).max(axis=1)
+        if wrong.max() > TURN_SLACK:
+            raise MotionError.about(
+                "motion rotations",
+                found=f"a length {wrong.max():.3g} off in frame {wrong.argmax()}",
+                allowed="quaternions of length 1",
+            )
 
 
 def check_motion(given: object) -> None:

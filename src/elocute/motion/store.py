@@ -23,7 +23,7 @@ from elocute.head.character import character_of_arrays
 from elocute.head.looks.look import look_of_record
 from elocute.head.model import HeadModel
 from elocute.head.surface import surface_arrays, surfaces_of_arrays
-from elocute.motion.motion import Motion, check_motion
+from elocute.motion.motion import Motion, check_motion, check_reach
 
 VERSION = 1
 FILE_MAX_BYTES = 2_000_000_000
@@ -98,7 +98,7 @@ def load_motion(path: str | Path) -> Motion:
     Raises
     ------
     MotionError
-        For a file that is missing, damaged or no motion.
+        For a file that is missing, damaged or no motion, and one that goes where no face is.
     """
     stored = read_npz(
         path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=MotionError, remedy=REMEDY
@@ -147,7 +147,9 @@ def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
         identity_basis=np.zeros((0, vertices, 3), np.float32),
         joint_identity_basis=np.zeros((0, joints, 3), np.float32),
     )
-    return Motion(head, weights, fps, stored.get("rotations"))
+    motion = Motion(head, weights, fps, stored.get("rotations"))
+    check_reach(motion)
+    return motion
 
 
 def _named(stored: dict[str, NDArray[Any]], prefix: str) -> dict[str, NDArray[Any]]:

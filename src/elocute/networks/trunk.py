@@ -1,8 +1,8 @@
 """The trunk: the first layers of Whisper's encoder, taught to hear only so far ahead, with heads.
 
 Every row of 20 ms attends to `history` rows before it and to so many after it as the caller says;
-the heads look back only. Whisper's sinusoids tell positions, rounded to a common period, so that a
-sound of any length goes on as it began.
+the heads look back only, that of the mouth from `mouth_ahead` rows later. Whisper's sinusoids tell
+positions, rounded to a common period, so that a sound of any length goes on as it began.
 """
 
 from __future__ import annotations
@@ -26,26 +26,34 @@ class TrunkConfig:
 
     bands: int = 80
     width: int = 512
-    layers: int = 3
+    layers: int = 4
     heads: int = 8
+    mouth_layer: int = 3  # after which the mouth is told; phones are told after the last
     history: int = 150
     period: int = 500
     mouth: int = 7  # six measures, and whether the lips are shut
     mouth_channels: int = 96
+    mouth_ahead: int = 4  # rows that the mouth's head sees ahead
     phones: int = 40
     phone_channels: int = 192
 
 
-def position_rows(period: int, width: int) -> Float32Array:
-    """(period, width) sinusoids of Whisper's positions, each rounded to a whole number of turns.
+def position_rows(period: int, width: int, *, rounded: bool = True) -> Float32Array:
+    """(period, width) sinusoids of Whisper's positions, rounded to a whole number of turns each.
 
     Those too slow for one turn in a period stand still, as at the beginning of a sound.
     """
     half = width // 2
     radians = np.exp(-np.log(10_000.0) / (half - 1) * np.arange(half))
-    turns = np.round(radians * period / (2 * np.pi))
-    angle = np.arange(period)[:, None] * turns * (2 * np.pi / period)
+    if rounded:
+        radians = np.round(radians * period / (2 * np.pi)) * (2 * np.pi / period)
+    angle = np.arange(period)[:, None] * radians
     return np.concatenate([np.sin(angle), np.cos(angle)], axis=1).astype(np.float32)
+
+
+def weakened(x: Tensor, share: float) -> Tensor:
+    """The same values, of whose gradient a share passes."""
+    return share * x + (1 - share) * x.detach()
 
 
 class Layer(nn.Module):
@@ -115,8 +123,15 @@ class Trunk(nn.Module):
         positions = torch.from_numpy(position_rows(config.period, config.width))
         self.register_buffer("positions", positions, persistent=False)
 
-    def rows(self, bands: Tensor, ahead: int | None, first: int = 0) -> Tensor:
-        """The rows that the heads read.
+    def told(self, rows: Tensor) -> Tensor:
+        """(batch, row, width) to (batch, row, 7) of the mouth, rest after the last row."""
+        ahead = self.config.mouth_ahead
+        return self.mouth(functional.pad(rows, (0, 0, 0, ahead)))[:, ahead:]
+
+    def rows(
+        self, bands: Tensor, ahead: int | None, first: int = 0, phones_pull: float = 1.0
+    ) -> tuple[Tensor, Tensor]:
+        """The rows that the mouth reads, and those that the phones read.
 
         Parameters
         ----------
@@ -126,10 +141,12 @@ class Trunk(nn.Module):
             Rows that each layer sees ahead; None for all.
         first : int
             Position of the first row.
+        phones_pull : float
+            Share of the phones' gradient that reaches the layers up to the mouth's.
 
         Returns
         -------
-        (batch, row, width)
+        two (batch, row, width)
             Normalised.
         """
         x = functional.gelu(self.first(bands.transpose(1, 2)))
@@ -142,6 +159,11 @@ class Trunk(nn.Module):
             apart = place[None] - place[:, None]
             seen = (apart <= ahead) & (apart >= -self.config.history)
             bias = torch.zeros(count, count).masked_fill(~seen, FAR)
-        for layer in self.layers:
+        normed = []
+        for number, layer in enumerate(self.layers, 1):
             x = layer(x, bias)
-        return functional.layer_norm(x.float(), (self.config.width,))
+            if number in (self.config.mouth_layer, len(self.layers)):
+                normed.append(functional.layer_norm(x.float(), (self.config.width,)))
+            if number == self.config.mouth_layer:
+                x = weakened(x, phones_pull)
+        return normed[0], normed[-1]

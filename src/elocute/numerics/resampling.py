@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 from elocute.array_types import FloatArray, RealArray
 
+GAP_MAX_S = 0.2
+"""Frames that are missing for longer are not filled in: nobody knows where the mouth went."""
+
 
 def frame_places(first: int, count: int, rate: float, fps: float) -> NDArray[np.float64]:
     """Where frames lie among rows of another rate.

@@ -9,6 +9,7 @@ import pytest
 
 from elocute.adoption.characters.open_character import open_character
 from elocute.adoption.characters.report import character_record, report_lines
+from elocute.adoption.characters.shape_sets import VRM
 from elocute.adoption.registry import open_speaking_head
 from elocute.errors import HeadError
 from elocute.motion.curves import ARKIT_NAMES
@@ -116,6 +117,56 @@ def test_duplicates_and_shapes_that_move_nothing(opened):
     assert binds["jawOpen"] == ((0, 52, 1.0),)  # the first that moves something
     assert found.mapping.idle["Jaw_Open"] == "jawOpen does it"
     assert found.mapping.idle["tongueUp"] == "moves nothing"
+
+
+@pytest.mark.parametrize("basis", ["Basis", "Key.Neutral", "base_mesh", "基型"])
+def test_the_mesh_itself_may_be_named_before_its_targets(opened, basis):
+    given = arkit()
+    given["meshes"][0]["extras"]["targetNames"].insert(0, basis)
+    found = opened(given)
+    binds = {control.name: control.binds for control in found.character.controls}
+    assert binds["jawOpen"] == ((0, ARKIT_NAMES.index("jawOpen"), 1.0),)
+    assert found.character.notes == ()
+
+
+def test_a_list_of_names_that_is_too_short_is_told(opened):
+    given = record(("Face", list(ARKIT_NAMES)))
+    given["meshes"][0]["extras"]["targetNames"] = ["jawOpen", "mouthPucker"]
+    found = opened(given)
+    assert [control.binds for control in found.character.controls] == [((0, 0, 1),), ((0, 1, 1),)]
+    assert found.character.notes == (
+        "face.glb: Face has 2 names for 52 morph targets, the last of which are taken as without "
+        "names",
+    )
+
+
+@pytest.mark.parametrize("names", [["cape", *ARKIT_NAMES], ["Basis", "Key", *ARKIT_NAMES]])
+def test_a_list_of_names_that_is_too_long_is_told_and_left(opened, names):
+    given = record(("Face", list(ARKIT_NAMES)), ("Jaw", ["jawOpen"]))
+    given["meshes"][0]["extras"]["targetNames"] = names
+    says = f"{len(names)} names for 52 morph targets, which are taken as without names"
+    found = opened(given)
+    assert [control.binds for control in found.character.controls] == [((1, 0, 1.0),)]
+    assert found.character.notes == (f"face.glb: Face has {says}",)
+    del given["nodes"][1]["mesh"]
+    with pytest.raises(HeadError, match=rf"none known among its morph targets \({says}\)"):
+        opened(given)
+
+
+def test_targets_of_one_name_move_together_where_they_move_something_else(opened):
+    given = record(("Head and teeth", [*ARKIT_NAMES, "jawOpen", "jawOpen", "jawOpen"]))
+    first = given["accessors"][1]
+    given["accessors"] += [first | {"max": [0, 0, 0]}, first | {"min": [0] * 3, "max": [0] * 3}]
+    targets = given["meshes"][0]["primitives"][0]["targets"]
+    targets[52], targets[54] = {"POSITION": 2}, {"POSITION": 3}  # teeth; the same again; nothing
+    found = opened(given)
+    binds = {control.name: control.binds for control in found.character.controls}
+    jaw = ARKIT_NAMES.index("jawOpen")
+    assert binds["jawOpen"] == ((0, jaw, 1.0), (0, 52, 1.0))
+    assert found.character.notes == (
+        "face.glb: shapes of one name that move the same (jawOpen): the first of each is moved",
+    )
+    assert found.mapping.idle == {}
 
 
 @pytest.mark.parametrize("where", ["primitive", "target", "accessor"])
@@ -239,6 +290,21 @@ def test_a_vrm_by_its_expressions(opened, version):
     look = next(turn for turn in found.character.turns if turn.joints == ("eyeLeft",))
     assert look.controls["joint: eyeLookInLeft"] == pytest.approx((0, -3.2))
     assert found.character.facing_deg == (180 if version == 0 else 0)
+
+
+@pytest.mark.parametrize("preset", ["unknown", "", None])
+def test_expressions_without_a_preset_are_those_that_they_are_called_as(opened, preset):
+    given = vrm(0)
+    groups = given["extensions"]["VRM"]["blendShapeMaster"]["blendShapeGroups"]
+    for group, name in zip(groups, ("A", "I", "U", "E", "O", "Blink", "Joy"), strict=True):
+        group |= {"name": name, "presetName": preset}
+    groups.insert(0, groups[0] | {"name": "aa", "binds": [{"mesh": 0, "index": 6, "weight": 100}]})
+    groups[1] |= {"presetName": "a"}  # a preset goes before what is only called so
+    found = opened(given, name="face.vrm")
+    looks = {control.name: control.looks for control in found.character.controls}
+    assert looks["a"] == VRM["a"] and looks["U"] == VRM["ou"]
+    assert looks["Blink"] == {"eyeBlinkLeft": 1, "eyeBlinkRight": 1}
+    assert not {"aa", "Joy"} & set(looks)
 
 
 def test_expressions_say_what_they_take_away(opened):

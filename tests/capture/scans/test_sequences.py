@@ -166,7 +166,7 @@ def test_a_killed_worker_is_replaced_or_its_sequence_is_told(
         assert "SIGKILL" in told and "3 times" in told and "run it again to go on" in told
 
 
-@pytest.mark.parametrize("number", ["9" * 400, "-1e400"])
+@pytest.mark.parametrize("number", ["9" * 400, pytest.param("-1e400", marks=pytest.mark.slow)])
 def test_a_number_beyond_all_bounds_ends_no_sequence(spoiled: Path, tmp_path: Path, number: str):
     folder = tmp_path / "sequence"
     shutil.copytree(spoiled, folder)

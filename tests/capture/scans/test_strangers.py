@@ -194,7 +194,9 @@ def test_what_is_inside_the_mouth_is_no_surface_of_a_resting_face(head: HeadMode
         assert (np.median(apart) < 0.5) == near
 
 
-@pytest.mark.parametrize(("noise_mm", "limit_mm"), [(0.1, 0.4), (1.5, 4.0)])
+@pytest.mark.parametrize(
+    ("noise_mm", "limit_mm"), [pytest.param(0.1, 0.4, marks=pytest.mark.slow), (1.5, 4.0)]
+)
 def test_limits_go_with_the_noise(head: HeadModel, noise_mm: float, limit_mm: float):
     shape = head.with_identity(FACE).template.astype(np.float64)
     case = scanned(head, shape, noise_mm=noise_mm)
@@ -216,6 +218,7 @@ def test_a_face_is_found_without_landmarks(
     assert apart_mm(found.vertices, case.truth, head.landmarks[17:]) < 6
 
 
+@pytest.mark.slow
 def test_a_face_cut_out_is_found_without_landmarks_or_told_lost(head: HeadModel, stranger: Case):
     case = stranger.cropped(head, 0.085).turned(rotation_of((0.5, 2.0, 0.2)))
     found = register_neutral(head, case.scan, no_landmarks())[1]
@@ -266,6 +269,7 @@ def test_a_face_that_nobody_has_is_lost_sooner(found: tuple[Template, Registrati
         assert ("any that the model knows" in replace(right, parameters=drawn).lost) is told
 
 
+@pytest.mark.slow
 def test_a_scan_that_is_wound_inside_out_is_turned(
     head: HeadModel, stranger: Case, found: tuple[Template, Registration]
 ):

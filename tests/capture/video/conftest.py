@@ -18,6 +18,7 @@ from elocute.audio.waveform import Waveform
 from elocute.capture.video.camera_fit import HeadPoses, PinholeCamera
 from elocute.capture.video.face_mesh_points import builtin_face_points
 from elocute.capture.video.face_tracking import FaceTrack
+from elocute.capture.video.video_to_motion import VideoCapture, fit_track
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity
 from elocute.motion.edits import with_blinks, with_gaze
@@ -54,6 +55,11 @@ def filmed(speech_wav: Path) -> Filmed:
 def film() -> Callable[[Motion], Filmed]:
     """Films another motion."""
     return _filmed
+
+
+@pytest.fixture(scope="session")
+def captured(filmed: Filmed) -> VideoCapture:
+    return fit_track(filmed.track)
 
 
 def _filmed(motion: Motion, seed: int = 0) -> Filmed:

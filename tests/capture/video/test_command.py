@@ -11,7 +11,6 @@ import pytest
 
 from elocute.audio.read import read_audio
 from elocute.capture.video.face_mesh_points import builtin_face_points
-from elocute.capture.video.video_to_motion import fit_track
 from elocute.capture.video_to_corpus import write_video_corpus
 from elocute.corpus.corpus_store import open_corpus
 from elocute.errors import CaptureError
@@ -120,8 +119,7 @@ def test_a_real_talker_becomes_a_corpus(shared_data, tmp_path):
     assert np.corrcoef(gap, lip_opening(recorded_motion(corpus, entry.name)))[0, 1] > 0.95
 
 
-def test_points_become_a_clip_with_the_sound_of_their_video(filmed, talking, tmp_path):
-    captured = fit_track(filmed.track)
+def test_points_become_a_clip_with_the_sound_of_their_video(captured, talking, tmp_path):
     notes = write_video_corpus(tmp_path / "corpus", [(talking, captured)], subject="me")
     corpus = open_corpus(tmp_path / "corpus")
     assert [entry.name for entry in corpus.entries] == ["me.talk"]
@@ -130,8 +128,8 @@ def test_points_become_a_clip_with_the_sound_of_their_video(filmed, talking, tmp
     assert notes
 
 
-def test_a_silent_video_makes_no_clip(filmed, talking, tmp_path):
-    captured = fit_track(replace(filmed.track, has_sound=False))
+def test_a_silent_video_makes_no_clip(captured, talking, tmp_path):
+    silent = replace(captured, track=replace(captured.track, has_sound=False))
     with pytest.raises(CaptureError, match="no sound"):
-        write_video_corpus(tmp_path / "corpus", [(talking, captured)], subject="me")
+        write_video_corpus(tmp_path / "corpus", [(talking, silent)], subject="me")
     assert not (tmp_path / "corpus").exists()

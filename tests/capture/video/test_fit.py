@@ -5,23 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from elocute.capture.video.camera_fit import fit_poses, initial_poses
 from elocute.capture.video.face_mesh_points import builtin_face_points
 from elocute.capture.video.lip_and_lid_contact import lid_openness
 from elocute.capture.video.person_fit import resting_frames
-from elocute.capture.video.video_to_motion import VideoCapture, fit_track, resample_motion
+from elocute.capture.video.video_to_motion import fit_track, resample_motion
 from elocute.head.builtin import load_builtin_head
 from elocute.head.looks import face_look
 from elocute.head.mediapipe_face_mesh import EYE_CORNERS, GAP_PAIRS, LIPS
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.numerics.quaternions import multiply, to_axis_angle
-
-
-@pytest.fixture(scope="module")
-def captured(filmed) -> VideoCapture:
-    return fit_track(filmed.track)
 
 
 def test_the_mouth_opens_as_it_did(filmed, captured):

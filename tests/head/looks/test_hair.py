@@ -17,12 +17,17 @@ from elocute.head.normals import vertex_normals
 
 STYLES = [style for style in HAIR if style != "none"]
 LONG = ("long", "waves")
-FACES = ("mean", "otto", "hana", "7", "23", "101")
+FACES = [
+    "101",
+    *(pytest.param(who, marks=pytest.mark.slow) for who in ("mean", "otto", "hana", "7", "23")),
+]
+"""One in `make test`, the others where everything is tested."""
 EYES_MOUTH_MM = (44.0, -66.0, 20.0)
 """Half the width of what must be free, and its heights from the eyes."""
+Dressed = tuple[HeadModel, HeadModel, NDArray[np.float32]]
 
 
-def dressed(style: str, who: str) -> tuple[HeadModel, HeadModel, NDArray[np.float32]]:
+def dressed(style: str, who: str) -> Dressed:
     """The bare head, the dressed one, and the places of its hair (vertex, 3) m."""
     bare = load_builtin_head().with_identity(resolve_identity(who))
     worn = dress(bare, Look(hair=style))
@@ -30,10 +35,19 @@ def dressed(style: str, who: str) -> tuple[HeadModel, HeadModel, NDArray[np.floa
     return bare, worn, worn.template[index]
 
 
-@pytest.mark.parametrize("style", STYLES)
-@pytest.mark.parametrize("who", FACES)
-def test_hair_leaves_eyes_and_mouth_free(style: str, who: str) -> None:
-    bare, _, hair = dressed(style, who)
+@pytest.fixture(scope="module", params=FACES)
+def who(request: pytest.FixtureRequest) -> str:
+    return request.param
+
+
+@pytest.fixture(scope="module", params=STYLES)
+def haired(request: pytest.FixtureRequest, who: str) -> Dressed:
+    """Each style on each face, made once for all that is asked of it."""
+    return dressed(request.param, who)
+
+
+def test_hair_leaves_eyes_and_mouth_free(haired: Dressed) -> None:
+    bare, _, hair = haired
     eyes = bare.joint_positions[bare.joint_names.index("eyeLeft")]
     wide, low, high = EYES_MOUTH_MM
     x, y = 1000 * np.abs(hair[:, 0]), 1000 * (hair[:, 1] - eyes[1])
@@ -41,11 +55,9 @@ def test_hair_leaves_eyes_and_mouth_free(style: str, who: str) -> None:
     assert not (before & (x < wide) & (y > low) & (y < high)).any()
 
 
-@pytest.mark.parametrize("style", STYLES)
-@pytest.mark.parametrize("who", FACES)
-def test_hair_lies_outside_of_the_head(style: str, who: str) -> None:
+def test_hair_lies_outside_of_the_head(haired: Dressed) -> None:
     """Roots are sunk; all else is over the skin."""
-    bare, _, hair = dressed(style, who)
+    bare, _, hair = haired
     skin = bare.regions["skin"]
     normals = vertex_normals(bare.template, bare.triangles)[skin]
     away, nearest = KDTree(bare.template[skin]).query(hair)
@@ -69,7 +81,6 @@ def test_the_scalp_is_closed(style: str) -> None:
 
 @pytest.mark.parametrize("style", LONG)
 @pytest.mark.parametrize("clothes", ["crew", "roll", "collar"])
-@pytest.mark.parametrize("who", FACES)
 def test_long_hair_lies_on_the_shirt(style: str, clothes: str, who: str) -> None:
     """Of whoever: what lies under a collar's edge is all that is in the cloth."""
     bare = load_builtin_head().with_identity(resolve_identity(who))
@@ -109,7 +120,6 @@ def bends(head: HeadModel) -> NDArray[np.float64]:
     return np.degrees(np.arccos(np.clip((ways[:, 0] * ways[:, 1]).sum(1), -1, 1)))
 
 
-@pytest.mark.parametrize("who", FACES)
 def test_straight_hair_is_not_bent_like_wire_and_waves_wave(who: str) -> None:
     for style in ("long", "bob"):
         _, worn, _ = dressed(style, who)
@@ -135,7 +145,6 @@ def test_what_closes_the_scalp_under_short_curls_fades_out_at_the_hairline(style
 
 
 @pytest.mark.parametrize("style", ["bob", *LONG])
-@pytest.mark.parametrize("who", FACES)
 def test_blown_cheeks_push_hair_aside(style: str, who: str) -> None:
     bare, worn, _ = dressed(style, who)
     skin = bare.regions["skin"]

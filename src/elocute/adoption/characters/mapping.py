@@ -14,6 +14,7 @@ import numpy as np
 
 from elocute.adoption.characters.heads_in_file import HeadPart
 from elocute.adoption.characters.joint_names import joint_of
+from elocute.adoption.characters.morphs import MorphMesh
 from elocute.adoption.characters.shape_names import (
     Meaning,
     like_a_mouth,
@@ -92,6 +93,8 @@ class Mapping:
         The nearest known name, "" for none, by a name that is not known.
     of_mouth : list of str
         Names that are not known and look like a mouth's.
+    twice : list of str
+        Names of targets that are there again and left out, since they move the same.
     """
 
     controls: list[Control] = field(default_factory=list)
@@ -100,6 +103,7 @@ class Mapping:
     idle: dict[str, str] = field(default_factory=dict)
     unknown: dict[str, str] = field(default_factory=dict)
     of_mouth: list[str] = field(default_factory=list)
+    twice: list[str] = field(default_factory=list)
 
 
 def map_character(
@@ -201,10 +205,15 @@ def _from_names(parts: Sequence[HeadPart], mapping: Mapping) -> dict[str, Candid
         for key, same in own.items():
             same.sort(key=lambda each: (mesh.still[each[0]], _RANK.index(each[1].family)))
             first = same[0][1]
-            used = [each for each in same if each[1].part] if first.part else same[:1]
+            used = [each for each in same if each[1].part] if first.part else _alike(mesh, same)
+            doing = mesh.targets[used[0][0]]
             for target, _ in same:
-                if target not in [each for each, _ in used]:
-                    mapping.idle[mesh.targets[target]] = f"{mesh.targets[used[0][0]]} does it"
+                if target in [each for each, _ in used]:
+                    continue
+                if mesh.targets[target] != doing:
+                    mapping.idle[mesh.targets[target]] = f"{doing} does it"
+                elif not mesh.still[target]:
+                    mapping.twice.append(doing)
             binds = tuple((mesh.mesh, target, 1.0) for target, _ in used)
             still = all(mesh.still[target] for target, _ in used)
             name = " + ".join(dict.fromkeys(mesh.targets[target] for target, _ in used))
@@ -216,16 +225,23 @@ def _from_names(parts: Sequence[HeadPart], mapping: Mapping) -> dict[str, Candid
     return found
 
 
+def _alike(mesh: MorphMesh, same: list[tuple[int, Meaning]]) -> list[tuple[int, Meaning]]:
+    """The first of several targets, and others of its name that move something else: parts that
+    were put together in one mesh."""
+    targets = {each[0]: each for each in same if mesh.targets[each[0]] == mesh.targets[same[0][0]]}
+    moving = [each for target, each in targets.items() if mesh.twins[target] == target]
+    return [each for each in moving if not mesh.still[each[0]]] or same[:1]
+
+
 def _from_vrm(vrm: Vrm | None, parts: Sequence[HeadPart]) -> dict[str, Candidate]:
     """What the expressions of a VRM say, by what they do."""
     found: dict[str, Candidate] = {}
     if vrm is None:
         return found
     meshes = {part.mesh.mesh: part.mesh for part in parts}
-    for expression in vrm.expressions:
-        if expression.preset:
-            meaning = vrm_meaning(expression.name)
-        else:
+    for expression in sorted(vrm.expressions, key=lambda each: not each.preset):
+        meaning = vrm_meaning(expression.name)  # many a custom one is called as a preset
+        if meaning is None and not expression.preset:
             (meaning,) = meanings_of([expression.name])
         binds = tuple(bind for bind in expression.binds if bind[0] in meshes)
         if meaning is None or not meaning.looks or not binds:

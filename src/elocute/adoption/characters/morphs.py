@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from elocute.adoption.characters.shape_names import words_of
 from elocute.files.gltf_document import GltfDocument
 from elocute.files.json_records import finite_number
 
 NAME_MAX = 200
+BASIS = frozenset({"basis", "base", "neutral", "default", "rest", "original", "基型", "ベース"})
+"""Words for the mesh itself, which some writers name before its morph targets."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,10 @@ class MorphMesh:
         Names of its morph targets; "" for one without a name.
     still : tuple of bool
         Which of them are known to move nothing.
+    twins : tuple of int
+        For each of them the first that is called the same and moves the same, often itself.
+    note : str
+        What to know of their names; "" for nothing.
     """
 
     mesh: int
@@ -34,6 +42,8 @@ class MorphMesh:
     nodes: tuple[int, ...]
     targets: tuple[str, ...]
     still: tuple[bool, ...]
+    twins: tuple[int, ...]
+    note: str = ""
 
 
 def morph_meshes(document: GltfDocument) -> list[MorphMesh]:
@@ -58,30 +68,48 @@ def morph_meshes(document: GltfDocument) -> list[MorphMesh]:
     for number, mesh in enumerate(document.records("meshes")):
         targets = mesh["primitives"][0].get("targets", [])
         if targets and number in hanging:
-            names = [mesh.get("name"), *(nodes[node].get("name") for node in hanging[number])]
-            name = next((each for each in names if isinstance(each, str) and each), str(number))
+            called = [mesh.get("name"), *(nodes[node].get("name") for node in hanging[number])]
+            name = next((each for each in called if isinstance(each, str) and each), str(number))
+            names, note = _target_names(document, mesh, len(targets))
+            bounds = [_bounds(document, mesh, place) for place in range(len(targets))]
             found.append(
                 MorphMesh(
                     number,
                     name[:NAME_MAX],
                     tuple(hanging[number]),
-                    tuple(_target_names(document, mesh, len(targets))),
-                    tuple(_is_still(document, mesh, place) for place in range(len(targets))),
+                    tuple(names),
+                    tuple(each is not None and not any(each) for each in bounds),
+                    tuple(_twins(names, bounds)),
+                    note,
                 )
             )
     return found
 
 
-def _target_names(document: GltfDocument, mesh: dict[str, Any], count: int) -> list[str]:
-    """Where writers put names: extras of the mesh, the primitive or the target, the accessor."""
-    first = mesh["primitives"][0]
+def _target_names(
+    document: GltfDocument, mesh: dict[str, Any], count: int
+) -> tuple[list[str], str]:
+    """Where writers put names: extras of the mesh, the primitive or the target, the accessor.
+
+    A list of another length is told. One that is too long does not say which name is whose; one
+    that is too short names the first.
+    """
+    given, note = list[str](), ""
     for holder in (mesh, *mesh["primitives"]):
         extras = holder.get("extras")
         names = extras.get("targetNames") if isinstance(extras, dict) else None
-        if isinstance(names, list) and names:
-            given = [each[:NAME_MAX] if isinstance(each, str) else "" for each in names[:count]]
-            return given + [""] * (count - len(given))
-    return [_own_name(document, target) for target in first["targets"]]
+        if not isinstance(names, list) or not names:
+            continue
+        given = [each[:NAME_MAX] if isinstance(each, str) else "" for each in names]
+        if len(given) == count + 1 and not BASIS.isdisjoint(words_of(given[0])):
+            given = given[1:]
+        if len(given) == count:
+            return given, ""
+        note = f"{len(given)} names for {count} morph targets, {{}} taken as without names"
+    if 0 < len(given) < count:
+        return given + [""] * (count - len(given)), note.format("the last of which are")
+    own = [_own_name(document, target) for target in mesh["primitives"][0]["targets"]]
+    return own, note.format("which are")
 
 
 def _own_name(document: GltfDocument, target: dict[str, Any]) -> str:
@@ -92,16 +120,23 @@ def _own_name(document: GltfDocument, target: dict[str, Any]) -> str:
     return name[:NAME_MAX] if isinstance(name, str) else ""
 
 
-def _is_still(document: GltfDocument, mesh: dict[str, Any], place: int) -> bool:
-    """Whether a target's bounds, where the file states them, say that it moves nothing."""
+def _twins(names: list[str], bounds: list[tuple[float, ...] | None]) -> Iterator[int]:
+    first: dict[tuple[str, tuple[float, ...]], int] = {}
+    for place, (name, ends) in enumerate(zip(names, bounds, strict=True)):
+        yield place if ends is None else first.setdefault((name, ends), place)
+
+
+def _bounds(document: GltfDocument, mesh: dict[str, Any], place: int) -> tuple[float, ...] | None:
+    """How far a target moves the primitives, least and most; None where the file does not say."""
+    accessors, found = document.records("accessors"), list[float]()
     for primitive in mesh["primitives"]:
-        position = primitive["targets"][place].get("POSITION")
-        if position is None:
-            continue
-        accessor = document.records("accessors")[position]
-        ends = [accessor.get("min"), accessor.get("max")]
-        if not all(isinstance(end, list) and len(end) == 3 for end in ends):
-            return False
-        if any(finite_number(value) != 0 for end in ends for value in end):
-            return False
-    return True
+        position: int | None = primitive["targets"][place].get("POSITION")
+        accessor = {} if position is None else accessors[position]
+        for end in () if position is None else ("min", "max"):
+            given = accessor.get(end)
+            values = [*map(finite_number, given)] if isinstance(given, list) else []
+            numbers = [value for value in values[:4] if value is not None]
+            if len(values) != 3 or len(numbers) != 3:
+                return None
+            found += numbers
+    return tuple(found)

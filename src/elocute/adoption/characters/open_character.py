@@ -80,7 +80,8 @@ def character_of(document: GltfDocument, path: Path, mesh: str | None = None) ->
     parts = _parts(meshes, vrm)
     if not parts:
         names = ", ".join(name for each in meshes for name in each.targets if name)
-        found = f"none known among its morph targets ({names[:200] or 'which have no names'})"
+        told = names or next((each.note for each in meshes if each.note), "which have no names")
+        found = f"none known among its morph targets ({told[:200]})"
         raise HeadError.about(path, found=found, allowed="shapes of a mouth", remedy=REMEDY)
     chosen = choose_head(str(path), document, tree, parts, mesh)
     joints = {
@@ -102,14 +103,18 @@ def character_of(document: GltfDocument, path: Path, mesh: str | None = None) ->
         tuple(mapping.controls),
         tuple(mapping.turns),
         facing_deg(tree, joints, vrm),
-        tuple(_notes(path.name[:200], mapping, still)),
+        tuple(_notes(path.name[:200], mapping, still, meshes)),
     )
     heads = tuple({part.mesh.mesh: part.mesh for part in chosen}.values())
     return OpenedCharacter(character, mapping, heads, tuple(still))
 
 
-def _notes(name: str, mapping: Mapping, still: list[str]) -> Iterator[str]:
+def _notes(name: str, mapping: Mapping, still: list[str], meshes: list[MorphMesh]) -> Iterator[str]:
     """What to know before it speaks. A mouth that takes the curves as they are needs no more."""
+    yield from (f"{name}: {mesh.name} has {mesh.note}" for mesh in meshes if mesh.note)
+    if mapping.twice:
+        told = ", ".join(mapping.twice[:TOLD]) + (", …" if len(mapping.twice) > TOLD else "")
+        yield f"{name}: shapes of one name that move the same ({told}): the first of each is moved"
     unknown = mapping.of_mouth
     if mapping.mouth == "fitted" and unknown:
         told = ", ".join(unknown[:TOLD]) + (", …" if len(unknown) > TOLD else "")

@@ -111,7 +111,7 @@ def like_a_mouth(name: str, visemes: bool) -> bool:
     if "Fcl_" in name:
         return False
     letters = _COPY.sub("", name)
-    of_mouth = any(word.startswith(_MOUTH) or word in _LIPS for word in _words(letters))
+    of_mouth = any(word.startswith(_MOUTH) or word in _LIPS for word in words_of(letters))
     return of_mouth or (visemes and 0 < len(letters) <= SHORT)
 
 
@@ -145,13 +145,13 @@ def nearest_name(name: str) -> str | None:
     str or None
         None where nothing is near.
     """
-    key = "".join(_words(name.rsplit(".", 1)[-1]))[:80]
+    key = "".join(words_of(name.rsplit(".", 1)[-1]))[:80]
     near = difflib.get_close_matches(key, _table(), n=1, cutoff=0.75)
     return _table()[near[0]][1] if near else None
 
 
-def _words(name: str) -> list[str]:
-    """The words of a name, sides written out."""
+def words_of(name: str) -> list[str]:
+    """The words of a name, in small letters and with sides written out."""
     words: list[str] = [word.lower() for word in _WORDS.findall(name)]
     return [_SIDE_WORDS.get(word, word) for word in words]
 
@@ -159,7 +159,7 @@ def _words(name: str) -> list[str]:
 def _common_words(names: Sequence[str]) -> frozenset[str]:
     """Words that most names begin with and no shape's name does."""
     least, common = max(COMMON_MIN, COMMON_SHARE * len(names)), set[str]()
-    rest = [_words(name) for name in names]
+    rest = [words_of(name) for name in names]
     while True:
         first = Counter(words[0] for words in rest if words)
         more = {w for w, count in first.items() if count >= least and w not in _beginnings()}
@@ -185,10 +185,10 @@ def _readings(name: str, common: frozenset[str]) -> Iterable[list[str]]:
         parts = re.split(r"[.:|/]", spelling)
         for start in range(len(parts)):  # `blendShape1.jawOpen`, `Wolf3D_Head.mouth.open`
             rest = " ".join(parts[start:])
-            words = _words(rest)
+            words = words_of(rest)
             yield words
             if start:
-                yield _words(_BEFORE.sub("", rest))
+                yield words_of(_BEFORE.sub("", rest))
             while words and words[0] in common:
                 words = words[1:]
                 yield words
@@ -232,7 +232,7 @@ def _among_others(names: Sequence[str], found: list[Meaning | None]) -> list[Mea
     """Words that are visemes beside the rest of their set: Character Creator's without a V."""
     if sum(each is not None and each.family == "viseme" for each in found) < 3:
         return [None] * len(names)
-    looks = [AMONG_OTHERS.get("".join(_words(_COPY.sub("", name)))) for name in names]
+    looks = [AMONG_OTHERS.get("".join(words_of(_COPY.sub("", name)))) for name in names]
     return [None if each is None else Meaning("viseme", each) for each in looks]
 
 
@@ -253,11 +253,11 @@ def _table() -> dict[str, tuple[Meaning, str]]:
     """By key: what it does, and how its owner spells it. What comes first wins."""
     found: dict[str, tuple[Meaning, str]] = {}
     for spelling, family, looks, part in known_names():
-        found.setdefault("".join(_words(spelling)), (Meaning(family, looks, part), spelling))
+        found.setdefault("".join(words_of(spelling)), (Meaning(family, looks, part), spelling))
     return found
 
 
 @cache
 def _beginnings() -> frozenset[str]:
     """First words of the names that are known."""
-    return frozenset(_words(spelling)[0] for _, spelling in _table().values())
+    return frozenset(words_of(spelling)[0] for _, spelling in _table().values())

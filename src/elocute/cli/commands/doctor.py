@@ -130,7 +130,7 @@ def _assets() -> dict[str, Path]:
     package = Path(__file__).parents[2]
     return {
         "head": package / "head/assets/head.npz",
-        "encoder": package / "encoders/assets/phones.onnx",
+        "encoder": package / "encoders/assets/trunk.onnx",
         "viewer": package / "export/assets/viewer.js",
     }
 

@@ -19,7 +19,7 @@ from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.frame_rates import choose_frame_rate
 from elocute.corpus.importers.foreign_arrays import FLOATS, checked_templates, open_float_array
-from elocute.corpus.importers.frame_gaps import check_finite
+from elocute.corpus.importers.frame_gaps import check_frames
 from elocute.corpus.importers.import_report import Progress, SkippedClips, require_clips
 from elocute.corpus.importers.length_scale import metres_per_unit
 from elocute.corpus.importers.published_splits import VOCASET_SUBJECTS
@@ -96,7 +96,7 @@ def convert_folder(
             vertices = read_vertices(array, len(templates[subject]))
             text = words.get((subject, number), "")
             try:
-                check_finite(vertices, array)
+                check_frames(vertices, array, templates[subject])
                 sound = read_audio(source / "wav" / f"{array.stem}.wav")
                 vertices *= np.float32(scale)
                 clip = Clip(subject, _sentence(subject, number, text), text, sound, vertices)

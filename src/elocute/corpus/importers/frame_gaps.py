@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
 from elocute.corpus.importers.import_report import count_of
+from elocute.corpus.length_units import longest_side
 from elocute.errors import CorpusError
+from elocute.numerics.resampling import GAP_MAX_S
 
-GAP_MAX_S = 0.2
-"""Through longer gaps the mouth goes where nobody knows: their clips are left out."""
+FAR_HEADS, FACE_SHARE = 40.0, 0.25
+"""Frames are no faces that reach further than so many heads, or are smaller than that of one."""
 
 
 def frame_rows(
@@ -104,4 +106,34 @@ def check_finite(frames: Float32Array, source: str | Path) -> None:
             source,
             found=f"NaN or infinity in frame {int(wrong.argmax())} of {len(frames)}{more}",
             allowed="finite numbers",
+        )
+
+
+def check_frames(frames: Float32Array, source: str | Path, template: NDArray[np.floating]) -> None:
+    """Raise CorpusError where frames are no faces: not finite, far off, or displacements.
+
+    Parameters
+    ----------
+    frames, source
+        As for `check_finite`.
+    template : (vertex, 3) float
+        The neutral face, in the same unit.
+    """
+    check_finite(frames, source)
+    size = longest_side(template)
+    furthest = np.maximum(frames.max(axis=(1, 2)), -frames.min(axis=(1, 2)))
+    if furthest.max(initial=0) > np.abs(template).max() + FAR_HEADS * size:
+        frame = int(furthest.argmax())
+        raise CorpusError.about(
+            source,
+            found=f"{furthest[frame]:.3g} in frame {frame}, beside a head of {size:.3g}",
+            allowed="vertices in the unit of the neutral face",
+        )
+    shown = max(map(longest_side, frames[:: max(1, len(frames) // 8)]), default=size)
+    if shown < FACE_SHARE * size:
+        raise CorpusError.about(
+            source,
+            found=f"points {shown:.3g} apart at most, beside a head of {size:.3g}: displacements",
+            allowed="vertices",
+            remedy="add the neutral face to every frame",
         )

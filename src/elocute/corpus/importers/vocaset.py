@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from elocute.array_types import Float32Array
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.importers.foreign_arrays import (
@@ -23,7 +24,7 @@ from elocute.corpus.importers.foreign_arrays import (
     one_line_name,
     open_float_array,
 )
-from elocute.corpus.importers.frame_gaps import check_finite, filled, frame_rows
+from elocute.corpus.importers.frame_gaps import check_frames, filled, frame_rows
 from elocute.corpus.importers.import_report import Progress, require_clips
 from elocute.corpus.importers.published_splits import VOCASET_SUBJECTS
 from elocute.corpus.importers.split_choice import choose_splits
@@ -103,7 +104,11 @@ def convert_vocaset(
                     continue
                 places = _rows(source, subject, number, indices, len(vertices))
                 text = words.get((subject, number), "")
-                clip = _clip(subject, number, text, sound, vertices, places, notes, writer.entries)
+                clip = _clip(
+                    *(subject, number, text, sound, vertices, templates[subject], places),
+                    notes=notes,
+                    there=writer.entries,
+                )
                 if clip is not None:
                     writer.add(clip)
                     numbers[clip.name] = number
@@ -256,6 +261,7 @@ def _clip(
     text: str,
     sound: Any,
     vertices: ArrayFile,
+    template: Float32Array,
     rows: dict[int, int],
     notes: list[str],
     there: Sequence[ClipEntry],
@@ -268,7 +274,7 @@ def _clip(
         waveform = checked_waveform(sound["audio"], sound["sample_rate"])
         places, told = frame_rows(list(rows), 0, FPS, waveform.duration_s)
         frames = vertices[list(rows.values())].astype(np.float32)
-        check_finite(frames, vertices.path)
+        check_frames(frames, vertices.path, template)
         if told:
             notes.append(f"{subject} {number}: {told}")
         return Clip(subject, sentence, text, waveform, filled(frames, places))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,15 @@ def _flame_parameters(path: Path) -> None:
     from elocute.head.flame_parameters import load_flame_parameters
 
     load_flame_parameters(path)
+
+
+def _flame_layout(path: Path) -> None:
+    from elocute.errors import ElocuteWarning
+    from elocute.head.flame_layouts import read_layout
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ElocuteWarning)  # lost frames are told
+        read_layout(path)
 
 
 def _mesh(path: Path) -> None:
@@ -131,6 +141,13 @@ READERS: tuple[Reader, ...] = (
         only(_flame_parameters),
         {"*.npz": "npz"},
         ("elocute.head.flame_parameters",),
+    ),
+    Reader(
+        "flame layout",
+        seeds.flame_layouts,
+        only(_flame_layout),
+        {"*.npz": "npz"},
+        ("elocute.head.flame_layouts",),
     ),
     Reader(
         "pickle",

@@ -31,7 +31,7 @@ def _model(path: Path) -> None:
     model.curves(speech, style, FrameSpan(0, 6, 30.0), contacts=False)
 
 
-def _phone_encoder(path: Path) -> None:
+def _trunk(path: Path) -> None:
     from elocute.encoders.phone_encoder import PhoneEncoder
 
     PhoneEncoder(path).encode(seeds.tone())
@@ -95,12 +95,12 @@ READERS: tuple[Reader, ...] = (
         short=30,
     ),
     Reader(
-        "phone encoder",
-        seeds.phone_encoders,
-        only(_phone_encoder),
+        "trunk",
+        seeds.trunks,
+        only(_trunk),
         {"*.onnx": "proto"},
-        ("elocute.encoders.phone_encoder",),
-        needs=("onnx",),
+        ("elocute.encoders.trunk",),
+        needs=("onnx", "torch"),
     ),
     Reader(
         "checkpoint",

@@ -150,7 +150,8 @@ READERS: tuple[Reader, ...] = (
             "*.TextGrid": "text",
             "*.json": "json",
             "*.marks": "text",
-            **dict.fromkeys(("*.srt", "*.pho", "*.lab", "*.tsv", "*.dat", "*.xml"), "text"),
+            **dict.fromkeys(("*.srt", "*.lrc", "*.pho", "*.lab", "*.pgo"), "text"),
+            **dict.fromkeys(("*.tsv", "*.dat", "*.xml"), "text"),
         },
         (
             "elocute.audio.speech_times",
@@ -165,7 +166,7 @@ READERS: tuple[Reader, ...] = (
         "scripts",
         seeds.scripts,
         only(_scripts),
-        {"*.srt": "text", "*.txt": "text", "*.ssml": "text"},
+        dict.fromkeys(("*.srt", "*.vtt", "*.ass", "*.txt", "*.ssml"), "text"),
         ("elocute.audio.captions", "elocute.audio.script_text"),
     ),
     Reader("lines", seeds.lines, only(_lines), {"*.csv": "text"}, ("elocute.audio.line_table",)),

@@ -14,6 +14,7 @@ from tests.fuzz.fuzzing.seeds.corpora import (
 from tests.fuzz.fuzzing.seeds.heads import (
     characters,
     flame,
+    flame_layouts,
     flame_parameters,
     frames,
     heads,
@@ -42,10 +43,10 @@ from tests.fuzz.fuzzing.seeds.networks import (
     checkpoints,
     crnn_checkpoints,
     frozen_graphs,
-    phone_encoders,
     shipped,
     transformer_folders,
     transformer_networks,
+    trunks,
 )
 from tests.fuzz.fuzzing.seeds.texts import (
     capture_folders,
@@ -86,6 +87,7 @@ __all__ = [
     "features",
     "flacs",
     "flame",
+    "flame_layouts",
     "flame_parameters",
     "folder_corpus",
     "frames",
@@ -107,7 +109,6 @@ __all__ = [
     "others",
     "output_histories",
     "parts",
-    "phone_encoders",
     "phones",
     "pickles",
     "place",
@@ -125,6 +126,7 @@ __all__ = [
     "tracks",
     "transformer_folders",
     "transformer_networks",
+    "trunks",
     "vertex_lists",
     "videos",
     "vocaset",

@@ -140,6 +140,14 @@ def flame_parameters(folder: Path) -> None:
     save_flame_parameters(place(folder, "small") / "parameters.npz", FlameParameters(*parts))
 
 
+def flame_layouts(folder: Path) -> None:
+    exp, jaw = np.zeros((3, 5)), np.full((3, 3), 0.1)
+    exp[1] = np.nan
+    np.savez(place(folder, "vhap") / "parameters.npz", expr=exp, jaw_pose=jaw, fps=30.0)
+    body = np.zeros((3, 165))
+    np.savez(place(folder, "beat") / "parameters.npz", expressions=jaw, poses=body, betas=jaw[0])
+
+
 def meshes(folder: Path) -> None:
     """Text and binary meshes of the size of a head."""
     import trimesh

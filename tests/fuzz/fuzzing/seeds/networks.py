@@ -57,40 +57,38 @@ def shipped(*names: str):
     return copy
 
 
-def phone_encoders(folder: Path) -> None:
-    """A phone encoder of one layer: what is judged is what is made of a file, not its weights.
+def trunks(folder: Path) -> None:
+    """A narrow trunk of two layers: what is judged is what is made of a file, not its weights.
 
-    The one that ships is 7 MB, which are written, read and run for every case.
+    The one that ships is 14 MB, which are written, read and run for every case.
     """
-    import onnx
-    from onnx import TensorProto, helper, numpy_helper
+    import torch
 
-    from elocute.audio.phones_and_visemes import PHONES
-    from elocute.encoders.phone_encoder import builtin_encoder
+    from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig
+    from recipes.trunk.export import export, scales
 
-    draw = np.random.default_rng(0)
-    weights = {
-        "weight": draw.normal(0, 0.1, (len(PHONES), 64, 3)).astype(np.float32),
-        "bias": np.zeros(len(PHONES), np.float32),
+    torch.manual_seed(0)
+    trunk = Trunk(
+        TrunkConfig(
+            width=16,
+            layers=2,
+            mouth_layer=1,
+            heads=2,
+            history=20,
+            period=50,
+            mouth_channels=8,
+            phone_channels=8,
+        )
+    ).eval()
+    record = {
+        "kind": "trunk",
+        "middle_mm": [6.7, 50.0, 0.0, 3.4],
+        "spread_mm": [4.5, 4.2, 0.9, 3.7],
+        "opening_map": [[-1.0, 0.0, 2.0], [0.0, 5.0, 16.0]],
+        "note": "a seed",
     }
-    nodes = [
-        helper.make_node("Transpose", ["features"], ["columns"], perm=[0, 2, 1]),
-        helper.make_node(
-            "Conv", ["columns", *weights], ["scores"], strides=[2], pads=[1, 1], kernel_shape=[3]
-        ),
-        helper.make_node("Transpose", ["scores"], ["rows"], perm=[0, 2, 1]),
-        helper.make_node("LogSoftmax", ["rows"], ["posteriors"], axis=2),
-    ]
-    graph = helper.make_graph(
-        nodes,
-        "phones",
-        [helper.make_tensor_value_info("features", TensorProto.FLOAT, [1, "frame", 64])],
-        [helper.make_tensor_value_info("posteriors", TensorProto.FLOAT, [1, "row", len(PHONES)])],
-        [numpy_helper.from_array(array, name) for name, array in weights.items()],
-    )
-    made = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
-    helper.set_model_props(made, {"elocute": json.dumps(builtin_encoder().config)})
-    onnx.save(made, str(place(folder, "one") / "phones.onnx"))
+    bands = torch.randn(1, 40 + 2 * CONTEXT - 1, 80)
+    export(trunk, place(folder, "one") / "trunk.onnx", record, scales(trunk, [bands]))
 
 
 def checkpoints(folder: Path) -> None:

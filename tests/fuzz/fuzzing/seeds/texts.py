@@ -99,6 +99,17 @@ def phones(folder: Path) -> None:
         "columns": {"words": ["hi"], "wtimes": [50], "wdurations": [90]},
         "nested": {"results": [{"alternatives": [{"words": [word]}]}]},
         "moras": {"accent_phrases": [{"moras": [{"vowel": "a", "vowel_length": 0.1}]}]},
+        "marks": {"timepoints": [{"markName": "hi", "timeSeconds": 0.1}]},
+        "inworld": {
+            "timestampInfo": {
+                "wordAlignment": {
+                    "words": ["hi"],
+                    "wordStartTimeSeconds": [0.1],
+                    "wordEndTimeSeconds": [0.4],
+                }
+            }
+        },
+        "visemes": {"visemes": [["PP", 0.1, 0.2]]},
         "stream": {"wordTimestamps": {"words": ["hi"], "start": [0.1], "end": [0.4]}},
     }
     plain = {
@@ -108,6 +119,8 @@ def phones(folder: Path) -> None:
         "a.tsv": "0.00\tX\n0.10\tA\n0.20\tX\n",
         "a.dat": "MohoSwitch1\n1 rest\n3 MBP\n",
         "a.xml": '<rhubarbResult><mouthCue start="0" end="0.2">A</mouthCue></rhubarbResult>',
+        "a.lrc": "[offset:+50]\n[00:01.00]Hi <00:01.50>you\n",
+        "a.pgo": "lipsync version 1\na\n24\n9\n1\nv\nhi\n1\nhi\n1\n8\n1\nhi 1 8 1\n1 AI\n",
         "b.csv": "sep=;\ntmin;tier;text;tmax\n0,1;phones;M;0,2\n",
     }
     for name, text in plain.items():
@@ -119,6 +132,10 @@ def phones(folder: Path) -> None:
 def scripts(folder: Path) -> None:
     texts = {
         "a.srt": "1\n00:00:00,100 --> 00:00:00,400\nBOB: <i>hi</i> (sighs)\n\n2\n",
+        "a.vtt": "WEBVTT\n\n00:00.100 --> 00:00.400\nhi<00:00.200><c> you</c>\n\n"
+        "00:00.400 --> 00:00.800\nhi you\nand\n",
+        "a.ass": "[Script Info]\n[Events]\nFormat: Start, End, Text\n"
+        "Dialogue: 0:00:01.00,0:00:02.00,{\\k20}hi {\\p1}m 0 0{\\p0}you\\Ntoo\n",
         "a.txt": "BOB (whispers): (sighs) Hi [laughs] there.\nBob: You. (Yes)\n",
         "a.ssml": '<speak>Hi <sub alias="you">u</sub> &amp; <mark name="a"/><!-- b --></speak>',
     }

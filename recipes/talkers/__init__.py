@@ -1,1 +1,0 @@
-"""What `recipes.train_talkers` is made of."""
