@@ -36,8 +36,8 @@ SMALL = {"fps": 25, "life": 0, "look": "none"}
 
 def alike(words: list[str]) -> float:
     """How much of the text was recognised: letters and marks differ from machine to machine."""
-    plain = [[word.casefold() for word in each] for each in (words, WORDS)]
-    return SequenceMatcher(None, *plain).ratio()
+    heard, said = ([word.casefold() for word in each] for each in (words, WORDS))
+    return SequenceMatcher(None, heard, said).ratio()
 
 
 @pytest.fixture(autouse=True)

@@ -92,4 +92,5 @@ def test_what_is_refused_leaves_nothing(sentence, listen, tmp_path):
     words = ("words", "segment", sentence, "-o", tmp_path / "a.json")
     refused(*words, *listen, "--text", "Hello", says="--transcribe too")
     refused(*words, says="neither --text nor --text-file")
+    refused(*words, "--text", "Hallo", "--language", "de", says="--language: no --transcribe")
     assert not list(tmp_path.iterdir())

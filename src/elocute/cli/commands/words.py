@@ -48,6 +48,10 @@ def segment_command(
         None, "auto", text, text_file, language, transcribe=transcribe, recogniser=recogniser
     )
     known.check(single=True)
+    if language != "auto" and not transcribe:
+        raise InputError.about(
+            "--language", found="no --transcribe", allowed="English, where a text is given"
+        )
     spoken = None if transcribe else _text(text, text_file)
     plan = OutputPlan(known.files)
     plan.add(output, sound)
