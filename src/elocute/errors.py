@@ -185,5 +185,5 @@ def needs_extra(what: str, extra: str) -> Iterator[None]:
         if lacks_memory(error):
             raise
         raise MachineError(
-            f"{what} needs {error.name}; install it: pip install 'elocute[{extra}]'"
+            f"{what} needs {error.name or error}; install it: pip install 'elocute[{extra}]'"
         ) from error

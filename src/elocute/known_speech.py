@@ -7,14 +7,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from elocute.alignment.transcript import Transcript, transcribe
+from elocute.alignment.transcript import Transcript
+from elocute.alignment.transcript import transcribe as aligned
 from elocute.array_types import Float32Array
 from elocute.articulation.known_phones import blended_posteriors
 from elocute.audio.mouth_cue_files import as_written
 from elocute.audio.speech_times import SpeechTimes
 from elocute.audio.timed_labels import Label
-from elocute.errors import InputError
 from elocute.models.feature_extraction import PhoneRefiner, PhoneTimes
+from elocute.numerics.input_checks import check_alone
 
 
 @dataclass(frozen=True)
@@ -66,20 +67,22 @@ def known_speech(
     MachineError
         Where the pronunciation of words is wanted and espeak-ng is missing.
     """
-    if phones is not None and text is not None:
-        raise InputError.about("`phones`", found="`text` too", allowed="one of them")
+    check_alone(phones=phones, text=text)
     if text is not None:
-        return _transcribed(Transcript.of_text(text, language))
+        return transcribed_speech(Transcript.of_text(text, language))
     if isinstance(phones, SpeechTimes):
         return _timed(phones, language)
     return KnownSpeech(phones)
 
 
-def _transcribed(transcript: Transcript, notes: tuple[str, ...] = ()) -> KnownSpeech:
+def transcribed_speech(transcript: Transcript, notes: tuple[str, ...] = ()) -> KnownSpeech:
+    """What a transcript says of a speech: nothing where no words were recognised."""
     told, words = [*notes, *transcript.notes], list[Label]()
+    if not transcript.words:
+        return KnownSpeech(None, told)
 
     def refine(heard: Float32Array, duration_s: float) -> Float32Array:
-        found = transcribe(transcript, heard, duration_s)
+        found = aligned(transcript, heard, duration_s)
         told.extend(found.notes)
         spoken = [(word.start_s, word.end_s, word.text) for word in found.words]
         words.extend(as_written(spoken, transcript.text))
@@ -90,7 +93,7 @@ def _transcribed(transcript: Transcript, notes: tuple[str, ...] = ()) -> KnownSp
 
 def _timed(times: SpeechTimes, language: str) -> KnownSpeech:
     if not times.phones:
-        known = _transcribed(Transcript.of_words(times.words, language), times.notes)
+        known = transcribed_speech(Transcript.of_words(times.words, language), times.notes)
         inner = _within(times, known.phones, known.notes)
         return KnownSpeech(inner, known.notes, known.words)
     told = list(times.notes)

@@ -8,16 +8,18 @@ from pathlib import Path
 import numpy as np
 
 from elocute.alignment.heard_phones import heard_phones
-from elocute.alignment.transcript import Transcript, transcript_notes
+from elocute.alignment.recogniser import Transcribe, recognise
+from elocute.alignment.transcript import Transcript
+from elocute.alignment.transcript import transcribe as aligned
+from elocute.alignment.word_times import TimedWord, TimedWords
 from elocute.array_types import Float32Array
-from elocute.audio.read import resampled_blocks
-from elocute.audio.speech_input import SpeechInput, resolve_speech
+from elocute.audio.speech_input import SpeechInput, resolve_speech, speech_blocks
 from elocute.audio.speech_time_files import TimedSpeech
 from elocute.audio.speech_times import SpeechTimes
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.phone_encoder import builtin_encoder
-from elocute.encoders.protocol import encoder_samples
-from elocute.errors import InputError
+from elocute.errors import AlignmentError
+from elocute.numerics.input_checks import check_alone
 
 
 def find_phones(
@@ -25,7 +27,8 @@ def find_phones(
     *,
     text: str | None = None,
     times: SpeechTimes | None = None,
-    language: str = "en-us",
+    transcribe: Transcribe = False,
+    language: str = "auto",
     rate: int | None = None,
     channel: int | None = None,
     track: int | None = None,
@@ -42,8 +45,12 @@ def find_phones(
         encoder hears, and there are no words.
     times : SpeechTimes, optional
         Known times of phones, which are kept as they are, or of words, whose phones are aligned.
+    transcribe : bool, str or Path
+        Whether its words are recognised: True, or the name or the folder of a Whisper model, which
+        the extra `transcribe` listens with. Where it is unsure, phones are what the encoder hears.
     language : str
-        Of the text and words, as espeak-ng names it.
+        Of the text and words, as espeak-ng names it; "auto" is the one that is recognised, or
+        English.
     rate : int, optional
         Sample rate of an array, Hz.
     channel : int, optional
@@ -60,19 +67,23 @@ def find_phones(
     Raises
     ------
     InputError
-        For a text and times together, and a text that cannot be spoken.
+        For two of text, times and transcribe, and a text that cannot be spoken.
     AlignmentError
         For a text that is not what is said.
     AudioError, MachineError
-        For sound that cannot be used; where words are given and espeak-ng is missing.
+        For sound that cannot be used; where words are wanted and espeak-ng, the recogniser or its
+        model is missing.
     """
-    if text is not None and times is not None:
-        raise InputError.about("`times`", found="`text` too", allowed="one of them")
+    check_alone(times=times, text=text, transcribe=transcribe or None)
     told: list[str] = []
     sound = resolve_speech(speech, rate, channel, track=track, partial=partial, notes=told)
     heard, duration_s = _heard(sound, channel, told)
-    if text is not None:
-        return _aligned(Transcript.of_text(text, language), heard, duration_s, tuple(told))
+    if text is not None or transcribe:
+        if text is None:
+            transcript = recognise(sound, transcribe, language, channel)
+        else:
+            transcript = Transcript.of_text(text, language)
+        return _aligned(transcript, heard, duration_s, tuple(told))
     if times is not None:
         notes = (*told, *times.notes, *times.check(duration_s))
         if times.phones:
@@ -84,14 +95,49 @@ def find_phones(
     return TimedSpeech(phones, (), duration_s, tuple(told))
 
 
+def find_words(
+    speech: SpeechInput, *, transcribe: Transcribe = True, language: str = "auto"
+) -> TimedWords:
+    """Recognise the words of a speech, and find when each is said.
+
+    Parameters
+    ----------
+    speech, transcribe, language
+        As `find_phones` takes them.
+
+    Returns
+    -------
+    TimedWords
+        Words with the confidence of their alignment, 0 where the recogniser is unsure.
+
+    Raises
+    ------
+    AlignmentError
+        Where no words are recognised.
+    ElocuteError
+        As `find_phones`.
+    """
+    sound = resolve_speech(speech)
+    heard, duration_s = _heard(sound, None, [])
+    found = aligned(recognise(sound, transcribe, language), heard, duration_s)
+    if not found.words:
+        raise AlignmentError.about("sound", found="no words that are recognised", allowed="speech")
+    return TimedWords(
+        tuple(
+            TimedWord(word.text, word.start_s, min(word.end_s, duration_s), word.confidence)
+            for word in found.words
+        ),
+        duration_s,
+    )
+
+
 def _aligned(
     transcript: Transcript, heard: Float32Array, duration_s: float, notes: tuple[str, ...]
 ) -> TimedSpeech:
-    notes = (*notes, *transcript.notes)
-    words = transcript.align(heard)
-    phones = tuple(phone for word in words for phone in word.phones)
-    spans = tuple((word.start_s, word.end_s, word.text) for word in words)
-    return TimedSpeech(phones, spans, duration_s, (*notes, *transcript_notes(words)))
+    found = aligned(transcript, heard, duration_s)
+    spans = tuple((word.start_s, word.end_s, word.text) for word in found.words)
+    notes = (*notes, *transcript.notes, *found.notes)
+    return TimedSpeech(found.phones, spans, duration_s, notes, transcript.text)
 
 
 def _heard(
@@ -99,12 +145,8 @@ def _heard(
 ) -> tuple[Float32Array, float]:
     """(row, 40) log-posteriors, and the length of the sound in s."""
     stream = builtin_encoder().stream()
-    if isinstance(sound, Waveform):
-        blocks = iter([encoder_samples(sound)])
-    else:
-        blocks = resampled_blocks(sound, SPEECH_RATE, channel, notes=notes)
     rows, samples = [], 0
-    for block in blocks:
+    for block in speech_blocks(sound, channel, notes):
         rows.append(stream.push(block))
         samples += len(block)
     return np.concatenate([*rows, stream.flush()]), samples / SPEECH_RATE

@@ -15,6 +15,7 @@ import soundfile
 
 from elocute.audio.espeak import has_espeak
 from tests.support.commands import python, run_python
+from tests.support.whisper import whisper_folder
 
 ROOT = Path(__file__).parents[2]
 FEW = ["--fps", "10"]
@@ -48,6 +49,9 @@ def commands(tmp_path_factory, speech_wav) -> Path:
     ]
     if has_espeak():
         steps.append(["say", "Hello.", *FEW, *outputs("said.npz")])
+        if (model := whisper_folder()) is not None:
+            listen = ["--transcribe", "--recogniser", str(model)]
+            steps.append(["phones", say, *listen, *outputs("said.json")])
     path = folder / "commands.json"
     path.write_text(json.dumps(steps), encoding="utf-8")
     return path

@@ -91,6 +91,8 @@ def file_maker(
         elif name == "study":
             run("study", "new", one("study.toml"), "-o", place)
             answered(place)
+        elif name == "whisper":
+            shutil.copytree(request.getfixturevalue("whisper"), place)
         elif name == "hero.glb":
             place.write_bytes(glb(arkit()))
         elif name == "bust.glb":

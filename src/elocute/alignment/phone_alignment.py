@@ -46,11 +46,14 @@ class PronouncedWord:
         ARPAbet without stress, one or more.
     span_s : (float, float), optional
         Start and end in s, where known.
+    sure : bool
+        Whether it is known to be said, and no guess.
     """
 
     text: str
     phones: tuple[str, ...]
     span_s: tuple[float, float] | None = None
+    sure: bool = True
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,8 @@ class AlignedWord:
     phones : tuple of (float, float, str)
         Start in s, end in s and phone.
     confidence : float
-        0 to 1: geometric mean, over the word, of the encoder's posterior of the viseme.
+        0 to 1: geometric mean, over the word, of the encoder's posterior of the viseme; 0 of a
+        guess.
     """
 
     text: str
@@ -341,5 +345,5 @@ def _aligned(
             state += 1
         state += 1  # the rest behind the word
         sure = float(np.exp(np.concatenate(logs).mean()))
-        found.append(AlignedWord(word.text, tuple(phones), min(sure, 1.0)))
+        found.append(AlignedWord(word.text, tuple(phones), min(sure, 1.0) if word.sure else 0.0))
     return found

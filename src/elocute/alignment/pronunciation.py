@@ -11,8 +11,11 @@ from elocute.audio.text_words import words_of_text
 from elocute.audio.voice_settings import VoiceSettings
 from elocute.errors import AlignmentError, MachineError
 
+UNTOLD = "en-us"
+"""What "auto" means where nothing is recognised."""
 
-def pronounce(text: str, language: str = "en-us") -> list[PronouncedWord]:
+
+def pronounce(text: str, language: str = UNTOLD) -> list[PronouncedWord]:
     """The words of a text with their phones.
 
     Parameters
@@ -20,7 +23,7 @@ def pronounce(text: str, language: str = "en-us") -> list[PronouncedWord]:
     text : str
         The text.
     language : str
-        As espeak-ng names it.
+        As espeak-ng names it; "auto" is English.
 
     Returns
     -------
@@ -34,7 +37,7 @@ def pronounce(text: str, language: str = "en-us") -> list[PronouncedWord]:
     MachineError
         Where neither espeak-ng nor, for English, pocketsphinx is installed.
     """
-    text = check_text(text)
+    text, language = check_text(text), _named(language)
     try:
         spoken = speak(text, VoiceSettings(language))
     except MachineError as missing:
@@ -47,7 +50,7 @@ def pronounce(text: str, language: str = "en-us") -> list[PronouncedWord]:
     ]
 
 
-def pronounce_each(words: Sequence[str], language: str = "en-us") -> dict[str, tuple[str, ...]]:
+def pronounce_each(words: Sequence[str], language: str = UNTOLD) -> dict[str, tuple[str, ...]]:
     """The phones of words, each said alone.
 
     Parameters
@@ -55,7 +58,7 @@ def pronounce_each(words: Sequence[str], language: str = "en-us") -> dict[str, t
     words : sequence of str
         The words; one may be there many times.
     language : str
-        As espeak-ng names it.
+        As espeak-ng names it; "auto" is English.
 
     Returns
     -------
@@ -67,7 +70,7 @@ def pronounce_each(words: Sequence[str], language: str = "en-us") -> dict[str, t
     InputError, MachineError
         As `pronounce`.
     """
-    different = list(dict.fromkeys(words))
+    different, language = list(dict.fromkeys(words)), _named(language)
     try:
         return spell(different, VoiceSettings(language))
     except MachineError as missing:
@@ -81,6 +84,10 @@ def pronounce_each(words: Sequence[str], language: str = "en-us") -> dict[str, t
             )
             for word in different
         }
+
+
+def _named(language: str) -> str:
+    return UNTOLD if language == "auto" else language
 
 
 def _from_dictionary(text: str, missing: MachineError) -> list[PronouncedWord]:

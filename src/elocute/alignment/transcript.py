@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
+from elocute.alignment.heard_phones import heard_phones
 from elocute.alignment.phone_alignment import AlignedWord, Phone, PronouncedWord, align_phones
 from elocute.alignment.pronunciation import pronounce, pronounce_each
 from elocute.array_types import Float32Array
@@ -25,6 +28,8 @@ MOST_SILENT = 0.995
 NAMED_MAX = 5
 CAPTION_SLACK_S = 0.5
 """By so much people set subtitles too early or too late."""
+SPOKEN_S = 0.3
+"""As much speech as is heard between recognised words, where a recogniser missed something."""
 
 
 @dataclass(frozen=True)
@@ -39,11 +44,18 @@ class Transcript:
         What is said, where it is known with its marks.
     notes : tuple of str
         What was left out of it.
+    recognised : bool
+        Whether it is what a recogniser heard: it may lack words, have wrong ones, or none. What
+        does not fit the sound is then left to the encoder, and nothing refused.
+    seams_s : tuple of float
+        Times in s at which nothing is said: what was recognised is aligned part by part between.
     """
 
     words: tuple[PronouncedWord, ...]
     text: str = ""
     notes: tuple[str, ...] = ()
+    recognised: bool = False
+    seams_s: tuple[float, ...] = ()
 
     @classmethod
     def of_text(cls, text: str, language: str = "en-us") -> Transcript:
@@ -93,6 +105,8 @@ class Transcript:
             For a recording without speech, too long or too short, and for a text that is not what
             is said in it.
         """
+        if self.recognised:
+            return self._align_parts(heard)
         seconds = len(heard) / 50
         if seconds > LONGEST_S:
             raise AlignmentError.about(
@@ -121,6 +135,24 @@ class Transcript:
             )
         return words
 
+    def _align_parts(self, heard: Float32Array) -> list[AlignedWord]:
+        """The words of each part of the sound; none of a part too short for its words."""
+        found: list[AlignedWord] = []
+        for begin, end in pairwise([0.0, *self.seams_s, np.inf]):
+            rows = heard[round(begin * 50) : None if end == np.inf else round(end * 50)]
+            words = [
+                replace(word, span_s=(word.span_s[0] - begin, word.span_s[1] - begin))
+                for word in self.words
+                if word.span_s and begin <= sum(word.span_s) / 2 < end
+            ]
+            if words and sum(len(word.phones) for word in words) <= len(rows):
+                found += [_later(word, begin) for word in align_phones(rows, words)]
+        return found
+
+
+def _later(word: AlignedWord, by_s: float) -> AlignedWord:
+    return replace(word, phones=tuple((a + by_s, b + by_s, phone) for a, b, phone in word.phones))
+
 
 @dataclass(frozen=True)
 class TranscribedPhones:
@@ -130,6 +162,9 @@ class TranscribedPhones:
     ----------
     words : tuple of AlignedWord
         The words.
+    phones : tuple of (float, float, str)
+        Start in s, end in s and phone: those of the words; where what was recognised is unsure,
+        those that the encoder hears.
     posteriors : (row, 40) float32
         Natural logarithms: contacts as the text has them, the rest partly as heard.
     notes : tuple of str
@@ -137,6 +172,7 @@ class TranscribedPhones:
     """
 
     words: tuple[AlignedWord, ...]
+    phones: tuple[Phone, ...]
     posteriors: Float32Array
     notes: tuple[str, ...]
 
@@ -163,21 +199,44 @@ def transcribe(transcript: Transcript, heard: Float32Array, duration_s: float) -
         As `Transcript.align`.
     """
     words = transcript.align(heard)
-    doubtful = _doubtful(words)
-    phones: list[Phone] = [phone for word in words for phone in word.phones]
-    posteriors = blended_posteriors(
-        phones,
-        heard,
-        duration_s,
-        unknown=[(word.start_s, word.end_s) for word in doubtful],
-    )
-    return TranscribedPhones(tuple(words), posteriors, tuple(transcript_notes(words)))
+    doubtful = [word for word in words if word.confidence < DOUBTFUL]
+    unknown = [(word.start_s, word.end_s) for word in doubtful]
+    kept = [word for word in words if word not in doubtful] if transcript.recognised else words
+    known = phones = [phone for word in kept for phone in word.phones]
+    if transcript.recognised:
+        unknown += _missed(words, heard)
+        phones = sorted([*known, *_within(heard_phones(heard, duration_s), unknown)])
+    posteriors = blended_posteriors(known, heard, duration_s, unknown=unknown)
+    notes = _notes(words, doubtful, transcript.recognised)
+    return TranscribedPhones(tuple(words), tuple(phones), posteriors, tuple(notes))
 
 
-def transcript_notes(words: list[AlignedWord]) -> list[str]:
+def _missed(words: list[AlignedWord], heard: Float32Array) -> list[tuple[float, float]]:
+    """Stretches between words in which the encoder hears speech all the same."""
+    spoken = np.concatenate([[0], np.cumsum(np.exp(heard[:, SILENCE]) < 0.5)]) / 50
+    edges = [0.0, *(edge for word in words for edge in (word.start_s, word.end_s)), len(heard) / 50]
+    rows = np.minimum(np.round(np.array(edges) * 50).astype(int), len(heard))
+    return [
+        (edges[at], edges[at + 1])
+        for at in range(0, len(edges), 2)
+        if spoken[rows[at + 1]] - spoken[rows[at]] >= SPOKEN_S
+    ]
+
+
+def _within(phones: list[Phone], stretches: list[tuple[float, float]]) -> list[Phone]:
+    """Those phones in order, cut where a stretch ends, of which most lies in it."""
+    middles = [(start + end) / 2 for start, end, _ in phones]
+    return [
+        (max(a, start), min(b, end), phone)
+        for start, end in stretches
+        for a, b, phone in phones[bisect_left(middles, start) : bisect_left(middles, end)]
+    ]
+
+
+def _notes(words: list[AlignedWord], doubtful: list[AlignedWord], recognised: bool) -> list[str]:
     """What to know about words that were aligned: how well they fit, which were not found."""
-    notes, doubtful = [], _doubtful(words)
-    sure = _mean_confidence(words)
+    notes = []
+    sure = 1.0 if recognised else _mean_confidence(words)
     if sure < UNSURE:
         notes.append(
             f"the text fits the sound poorly (confidence {sure:.2f}; right ones have {UNSURE:g})"
@@ -185,12 +244,9 @@ def transcript_notes(words: list[AlignedWord]) -> list[str]:
     if doubtful:
         named = ", ".join(f"{w.text!r} at {w.start_s:.2f} s" for w in doubtful[:NAMED_MAX])
         more = f" and {len(doubtful) - NAMED_MAX} more" if len(doubtful) > NAMED_MAX else ""
-        notes.append(f"not found in the sound, left to the encoder: {named}{more}")
+        why = "unsure" if recognised else "not found in the sound"
+        notes.append(f"{why}, left to the encoder: {named}{more}")
     return notes
-
-
-def _doubtful(words: list[AlignedWord]) -> list[AlignedWord]:
-    return [word for word in words if word.confidence < DOUBTFUL]
 
 
 def _mean_confidence(words: list[AlignedWord]) -> float:

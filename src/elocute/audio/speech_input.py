@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -13,8 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elocute.audio.decoders import CHANNELS_MAX, FORMATS
-from elocute.audio.read import CANCELLING, loudest_of_cancelling, open_audio
-from elocute.audio.waveform import Waveform
+from elocute.audio.read import (
+    CANCELLING,
+    loudest_of_cancelling,
+    open_audio,
+    resampled_blocks,
+)
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.errors import AudioError
 from elocute.files.reading import bytes_text, path_of
 from elocute.numerics.input_checks import NUMBERS_MAX, array_of, whole_number
@@ -34,6 +40,7 @@ BYTES_MAX = 1_000_000_000
 SAMPLES_MAX = NUMBERS_MAX
 """Limit of sound that is not read from a path, so is held in memory whole: 87 min at 48 kHz."""
 CHUNK = 1 << 20
+BLOCK = 60 * SPEECH_RATE
 READS_FREE, READ_BYTES = 100_000, 256
 """What reads so little at a time would be read for hours."""
 
@@ -97,6 +104,21 @@ def resolve_speech(
             return path
         return _read_whole(path, str(path), choice, notes)
     return _decoded(speech, choice, notes)
+
+
+def speech_blocks(
+    sound: Path | Waveform, channel: int | None = None, notes: list[str] | None = None
+) -> Iterator[NDArray[np.float32]]:
+    """What `resolve_speech` gave, block by block: (sample,) float32, mono at 16 kHz.
+
+    notes: takes what is to be known about it. Raises AudioError as `AudioStream.blocks`.
+    """
+    if not isinstance(sound, Waveform):
+        yield from resampled_blocks(sound, SPEECH_RATE, channel, notes=notes)
+        return
+    samples = sound.resample(SPEECH_RATE).samples
+    for first in range(0, len(samples), BLOCK):
+        yield samples[first : first + BLOCK]
 
 
 @dataclass(frozen=True)

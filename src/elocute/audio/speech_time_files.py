@@ -30,12 +30,15 @@ class TimedSpeech:
         Of the sound.
     notes : tuple of str
         What to know about them.
+    text : str
+        What is said with its marks, where it is known.
     """
 
     phones: tuple[Label, ...]
     words: tuple[Label, ...]
     duration_s: float
     notes: tuple[str, ...] = ()
+    text: str = ""
 
     def phones_of(self, word: Label) -> list[Label]:
         """The phones whose middle lies in a word."""

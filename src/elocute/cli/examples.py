@@ -7,6 +7,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "animate": (
         "animate speech.wav -o talk.mp4",
         "animate speech.wav -o talk.glb -o talk.html --identity hana --style broad",
+        "animate speech.wav -o talk.glb --transcribe --language de",
         "animate clips/ -o out/ --format glb --format csv",
         "animate - -o - --format json < speech.wav > talk.json",
     ),
@@ -21,6 +22,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "cues": (
         "cues speech.wav -o mouth.tsv",
         "cues speech.wav --text-file speech.txt -o mouth.dat -o captions.srt",
+        "cues speech.wav --transcribe -o captions.vtt",
     ),
     "render": (
         "render talk.npz --audio speech.wav -o talk.mp4 --size 1080p",

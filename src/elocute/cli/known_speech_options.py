@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from elocute.audio.voice_settings import VoiceSettings
 from elocute.cli.flags import in_flags
-from elocute.cli.settings_options import option
 from elocute.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,12 +35,30 @@ Text = typer.Option(None, "--text", help="What is said: sharpens the phones, in 
 TextFile = typer.Option(
     None, "--text-file", help="File that holds what is said: a text, a script, .srt or .vtt."
 )
-Language = option(VoiceSettings, "language")
+Transcribe = typer.Option(
+    False,
+    "--transcribe",
+    help="Recognise the words, and take them as a text that is known; where it is unsure, the "
+    "sound decides.",
+)
+Recogniser = typer.Option(
+    None,
+    "--recogniser",
+    metavar="MODEL",
+    help="Whisper model that does it: a folder, or a name whose model this machine has. "
+    "[default: base]",
+)
+Language = typer.Option(
+    "auto",
+    "--language",
+    help="Language of what is said: de, fr, en-GB, zh-CN; auto is the one that is recognised, "
+    "for a text en-us.",
+)
 
 
 @dataclass(frozen=True)
 class KnownSpeechOptions:
-    """--phones and what belongs to it, --text, --text-file and --language as they were given."""
+    """--phones and what belongs to it, --text, --text-file, --transcribe and --language."""
 
     phones: Path | None
     phone_set: str
@@ -51,6 +67,8 @@ class KnownSpeechOptions:
     language: str
     tier: str = ""
     speaker: str = ""
+    transcribe: bool = False
+    recogniser: str | None = None
 
     @property
     def files(self) -> list[Path]:
@@ -58,11 +76,21 @@ class KnownSpeechOptions:
         return [path for path in (self.phones, self.text_file) if path is not None]
 
     def check(self, single: bool) -> None:
-        """Raise InputError for several of them, or one for several recordings."""
+        """Raise InputError for several of them, or one for several recordings; MachineError where
+        there is no model that recognises words."""
         given = {"--phones": self.phones, "--text": self.text, "--text-file": self.text_file}
         named = [name for name, value in given.items() if value is not None]
-        if len(named) > 1:
-            raise InputError.about(named[0], found=f"{named[1]} too", allowed="one of them")
+        if len(named) > 1 or (named and self.transcribe):
+            other = "--transcribe" if self.transcribe else named[1]
+            raise InputError.about(named[0], found=f"{other} too", allowed="one of them")
+        if self.recogniser is not None and not self.transcribe:
+            raise InputError.about(
+                "--recogniser", found="no --transcribe", allowed="a model beside it"
+            )
+        if self.transcribe:
+            from elocute.alignment.recogniser import DEFAULT_RECOGNISER, recogniser_folder
+
+            recogniser_folder(self.recogniser or DEFAULT_RECOGNISER)
         for name in ("tier", "speaker"):
             if getattr(self, name) and self.phones is None:
                 raise InputError.about(
@@ -85,7 +113,13 @@ class KnownSpeechOptions:
             phones = read_speech_times(
                 self.phones, self.phone_set, sound.stem, tier=self.tier, speaker=self.speaker
             )
-        return {"phones": phones, "text": self._given_text, "language": self.language}
+        known = {"phones": phones, "text": self._given_text, "language": self.language}
+        return {**known, **self.recognised}
+
+    @property
+    def recognised(self) -> dict[str, Any]:
+        """What recognises the words, as `animate` takes it; nothing where they are known."""
+        return {"transcribe": self.recogniser or True} if self.transcribe else {}
 
     def find_phones(self, sound: Path, **taken: Any) -> TimedSpeech:
         """When each phone of a recording is said; notes go to standard error. Raises
@@ -93,24 +127,10 @@ class KnownSpeechOptions:
         from elocute.timed_speech import find_phones
 
         known = self.read(sound)
-        found = find_phones(
-            sound,
-            text=known["text"],
-            times=known["phones"],
-            language=self.language,
-            **taken,
-        )
+        found = find_phones(sound, times=known.pop("phones"), **known, **taken)
         for note in found.notes:
             print(f"elocute: {sound}: {in_flags(note)}", file=sys.stderr)
         return found
-
-    @property
-    def written_text(self) -> str:
-        """What is said with its marks, "" where no text was given. Raises InputError for a file
-        that is no text."""
-        from elocute.audio.captions import said_text
-
-        return said_text(self._given_text or "")[0]
 
     @cached_property
     def _given_text(self) -> str | None:

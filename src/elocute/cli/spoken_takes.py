@@ -152,6 +152,8 @@ def _animated(line: Line, sound: Path | None, settings: dict[str, Any]) -> Anima
         return say(line.text, **asdict(line.voice), **settings)
     from elocute.animation import animate
 
+    if line.text:
+        settings = {**settings, "transcribe": False}
     return animate(sound, text=line.text or None, language=line.voice.language, **settings)
 
 

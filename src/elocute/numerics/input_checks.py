@@ -113,3 +113,10 @@ def check_kind(
     """Raise `error` where a value is not an instance of `kinds`."""
     if not isinstance(value, kinds):
         raise error.about(subject, found=brief(value), allowed=allowed)
+
+
+def check_alone(**given: object) -> None:
+    """Raise InputError where more than one of these arguments is not None."""
+    names = [name for name, value in given.items() if value is not None]
+    if len(names) > 1:
+        raise InputError.about(f"`{names[0]}`", found=f"`{names[1]}` too", allowed="one of them")

@@ -85,6 +85,8 @@ def animate_command(
     speaker: str = known_speech_options.Speaker,
     text: str | None = known_speech_options.Text,
     text_file: Path | None = known_speech_options.TextFile,
+    transcribe: bool = known_speech_options.Transcribe,
+    recogniser: str | None = known_speech_options.Recogniser,
     language: str = known_speech_options.Language,
     format_settings: FormatSettings = options_of_formats(),
     recursive: bool = typer.Option(
@@ -106,7 +108,9 @@ def animate_command(
     speech = speech or []
     check_pipes(speech, output, format, as_json)
     check_edits(settings)
-    known = KnownSpeechOptions(phones, phone_set, text, text_file, language, tier, speaker)
+    known = KnownSpeechOptions(
+        phones, phone_set, text, text_file, language, tier, speaker, transcribe, recogniser
+    )
     formats = tuple(dict.fromkeys(format or ["npz"]))
     if table is not None:
         _check_table_alone(speech, known)
@@ -116,7 +120,7 @@ def animate_command(
             one_folder(output),
             table,
             formats,
-            {**settings, **taken},
+            {**settings, **taken, **known.recognised},
             format_settings,
             overwrite,
             no_clobber,
@@ -132,7 +136,7 @@ def animate_command(
             folder,
             None,
             formats,
-            {**settings, **taken},
+            {**settings, **taken, **known.recognised},
             format_settings,
             overwrite,
             no_clobber,

@@ -38,6 +38,8 @@ def cues_command(
     speaker: str = known_speech_options.Speaker,
     text: str | None = known_speech_options.Text,
     text_file: Path | None = known_speech_options.TextFile,
+    transcribe: bool = known_speech_options.Transcribe,
+    recogniser: str | None = known_speech_options.Recogniser,
     language: str = known_speech_options.Language,
     channel: int | None = options.Channel,
     track: int | None = options.Track,
@@ -52,7 +54,9 @@ def cues_command(
 
     if not FPS[0] <= fps <= FPS[1]:
         raise InputError.about("--fps", found=f"{fps:g}", allowed=f"{FPS[0]:g} to {FPS[1]:g}")
-    known = KnownSpeechOptions(phones, phone_set, text, text_file, language, tier, speaker)
+    known = KnownSpeechOptions(
+        phones, phone_set, text, text_file, language, tier, speaker, transcribe, recogniser
+    )
     known.check(single=True)
     plan = OutputPlan(known.files)
     for path in output:
@@ -61,9 +65,7 @@ def cues_command(
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     found = known.find_phones(sound, channel=channel, track=track, partial=partial)
-    sheet = CueSheet(
-        mouth_cues(found, basic=basic), found.words, known.written_text, sound.name, fps
-    )
+    sheet = CueSheet(mouth_cues(found, basic=basic), found.words, found.text, sound.name, fps)
     written = plan.wanted(output)
     for path in written:
         with plan.writing(path):

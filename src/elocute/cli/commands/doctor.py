@@ -56,6 +56,7 @@ def _findings() -> Iterator[tuple[str, str]]:
         for name, check in CHECKS.items():
             yield name, _outcome(check, Path(folder))
     yield "espeak-ng", _espeak()
+    yield "recogniser", _recogniser()
 
 
 def _libraries() -> Iterator[tuple[str, str]]:
@@ -143,6 +144,16 @@ def _espeak() -> str:
     except MachineError as error:
         return f"not there: {error}"
     return f"works ({len(spoken.phones)} phones in {spoken.sound.duration_s:.2f} s)"
+
+
+def _recogniser() -> str:
+    """Whether words can be recognised, which nothing else needs."""
+    from elocute.alignment.recogniser import DEFAULT_RECOGNISER, recogniser_folder
+
+    try:
+        return f"{DEFAULT_RECOGNISER}: {recogniser_folder(DEFAULT_RECOGNISER)}"
+    except MachineError as error:
+        return f"not there: {error}"
 
 
 def _outcome(check: Callable[[Path], str], folder: Path) -> str:

@@ -27,6 +27,8 @@ def phones_command(
     speaker: str = known_speech_options.Speaker,
     text: str | None = known_speech_options.Text,
     text_file: Path | None = known_speech_options.TextFile,
+    transcribe: bool = known_speech_options.Transcribe,
+    recogniser: str | None = known_speech_options.Recogniser,
     language: str = known_speech_options.Language,
     channel: int | None = options.Channel,
     track: int | None = options.Track,
@@ -35,10 +37,12 @@ def phones_command(
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Find when each phone is said, and each word where a text is given."""
+    """Find when each phone is said, and each word where a text is given or recognised."""
     from elocute.audio.speech_time_files import WRITERS, write_speech_times
 
-    known = KnownSpeechOptions(phones, phone_set, text, text_file, language, tier, speaker)
+    known = KnownSpeechOptions(
+        phones, phone_set, text, text_file, language, tier, speaker, transcribe, recogniser
+    )
     known.check(single=True)
     plan = OutputPlan(known.files)
     for path in output:

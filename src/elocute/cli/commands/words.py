@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from elocute.cli import options
+from elocute.cli import known_speech_options, options
 from elocute.cli.command_group import CommandGroup
+from elocute.cli.known_speech_options import KnownSpeechOptions
 from elocute.cli.outputs import check_file_suffix, nothing_to_do
 from elocute.errors import AlignmentError, InputError, printable
 from elocute.files.output_plan import OutputPlan
@@ -26,25 +27,40 @@ Output = typer.Option(..., "-o", "--output", help="Word times to write (.json or
 
 @app.command("segment")
 def segment_command(
-    sound: Path = typer.Argument(..., help="Sound file of English read aloud."),
+    sound: Path = typer.Argument(..., help="Sound file: English read aloud where a text is given."),
     text: str | None = typer.Option(None, help="The text that is read."),
     text_file: Path | None = typer.Option(None, help="Text file that holds what is read."),
+    transcribe: bool = known_speech_options.Transcribe,
+    recogniser: str | None = known_speech_options.Recogniser,
+    language: str = known_speech_options.Language,
     output: Path = Output,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Find when each word of a text is said, by forced alignment."""
+    """Find when each word of a text is said, by forced alignment; or of what is recognised."""
     from elocute.alignment.forced_alignment import segment_words
     from elocute.alignment.word_times import write_words
     from elocute.audio.read import read_audio
+    from elocute.timed_speech import find_words
 
-    spoken = _text(text, text_file)
-    plan = OutputPlan([text_file] if text_file else [])
+    known = KnownSpeechOptions(
+        None, "auto", text, text_file, language, transcribe=transcribe, recogniser=recogniser
+    )
+    known.check(single=True)
+    if language != "auto" and not transcribe:
+        raise InputError.about(
+            "--language", found="no --transcribe", allowed="English, where a text is given"
+        )
+    spoken = None if transcribe else _text(text, text_file)
+    plan = OutputPlan(known.files)
     plan.add(output, sound)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
-    words = segment_words(read_audio(sound), spoken)
+    if spoken is None:
+        words = find_words(sound, language=language, **known.recognised)
+    else:
+        words = segment_words(read_audio(sound), spoken)
     with plan.writing(output):
         write_words(words, output)
     _tell(words, output, as_json)
