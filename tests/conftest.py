@@ -372,7 +372,7 @@ def learn(
 @pytest.fixture(scope="session")
 def learned(learn: Callable[[int, int], Learned]) -> Learned:
     """Trained in seconds: enough to move lips in three ways."""
-    return learn(5, 40)
+    return learn(8, 60)
 
 
 @pytest.fixture(scope="session")
