@@ -85,7 +85,10 @@ class TrunkNetwork:
     @cached_property
     def record(self) -> dict[str, Any]:
         """What training wrote into the file."""
-        entry = self.session.get_modelmeta().custom_metadata_map.get("elocute", "{}")
+        try:
+            entry = self.session.get_modelmeta().custom_metadata_map.get("elocute", "{}")
+        except UnicodeDecodeError:
+            entry = "{}"
         parsed = parse_json(entry, self.path, allowed="a trunk", error=ModelError)
         record = parsed if isinstance(parsed, dict) else {}
         sizes = [record.get(name) for name in SIZES_MAX]
