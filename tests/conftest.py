@@ -250,6 +250,7 @@ def make_corpus(speech_wav: Path) -> Callable[..., Any]:
     import elocute
     from elocute.audio.read import read_audio
     from elocute.audio.waveform import Waveform
+    from elocute.audio.write import write_flac
     from elocute.corpus.clip import Clip
     from elocute.corpus.corpus_store import Corpus, open_corpus
     from elocute.corpus.corpus_writing import corpus_writer
@@ -282,8 +283,9 @@ def make_corpus(speech_wav: Path) -> Callable[..., Any]:
             for index, subject in enumerate(subjects):
                 for part in range(sentences):
                     piece = speech.samples[part * 16000 : part * 16000 + 24000]
+                    write_flac(folder.parent / "stored.flac", piece, 16000)
                     animation = elocute.animate(
-                        Waveform(piece, 16000),
+                        read_audio(folder.parent / "stored.flac"),  # as the corpus will have it
                         fps=fps,
                         model="articulation",
                         style=subject,
