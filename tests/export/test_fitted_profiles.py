@@ -88,8 +88,7 @@ def test_lips_that_seal_take_the_viseme_that_seals_them(spoken):
     pressed = spoken.weights[:, spoken.names.index("mouthPressLeft")]
     sealed = target_shapes(spoken.head, "oculus").weights(spoken)[:, 1]
     assert (pressed > 0.49).sum() > 3 and sealed[pressed > 0.49].min() > 0.97
-    # Lips half closed over an open jaw have a share of it.
-    assert sealed[measure_mouth(spoken)["opening_mm"] > 5].max() < 0.25
+    assert sealed[measure_mouth(spoken)["opening_mm"] > 5].max() < 0.1
 
 
 def test_silence_is_what_the_other_visemes_leave(spoken):
@@ -99,7 +98,7 @@ def test_silence_is_what_the_other_visemes_leave(spoken):
     assert (target_shapes(spoken.head, "oculus").weights(still)[:, 0] == 1).all()
 
 
-@pytest.mark.parametrize(("profile", "closed_mm", "r"), [("oculus", 0.1, 0.98), ("vrm", 0.4, 0.96)])
+@pytest.mark.parametrize(("profile", "closed_mm", "r"), [("oculus", 0.1, 0.98), ("vrm", 0.4, 0.97)])
 def test_lips_open_as_they_do_and_close_where_they_do(spoken, profile, closed_mm, r):
     wanted = measure_mouth(spoken)["opening_mm"]
     had = measure_mouth(shown(spoken, profile))["opening_mm"]
