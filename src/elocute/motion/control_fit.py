@@ -35,9 +35,9 @@ CLOSED_MM = 0.05
 SEALED_M, APART_M = 1e-3, 2e-3
 """Lips pressed on each other are sealed up to the one, and not at all from the other on."""
 PRESS = ("mouthPressLeft", "mouthPressRight")
-JAW_SEEN = 0.3  # share of a jaw behind shut lips that visemes are fitted to
 ROLLED = 0.15
 """Of `mouthClose`: from here on lips that it closes over an open jaw are sealed."""
+JAW_SEEN = 0.3  # share of a jaw behind shut lips that visemes are fitted to
 RIDGE = 1e-3  # of the mean squared length of a shape
 SPARSE = 0.01  # of the same: what a weight costs, whatever the fit
 
@@ -111,7 +111,8 @@ def fit_controls(motion: Motion, looks: Sequence[dict[str, float]]) -> ControlFi
     head = motion.head
     names = [name for name in head.expression_names if is_of_mouth(name)]
     columns = [head.expression_index(name) for name in names]
-    curves = _without_hidden_jaw(motion.weights[:, columns].astype(np.float64), names)
+    taken = motion.weights[:, columns].astype(np.float64)
+    curves = _with_less_hidden_jaw(taken, names)
     mixes = np.array([[look.get(name, 0.0) for name in names] for look in looks], np.float64)
     parts, gaps, rows = _rows(head, columns)
     # (curve, curve): all that the fit needs of the mesh
@@ -135,7 +136,7 @@ def fit_controls(motion: Motion, looks: Sequence[dict[str, float]]) -> ControlFi
             for share, side, least in zip(shares, sides, low, strict=True)
         ]
     )
-    off = weights @ mixes - curves
+    off = weights @ mixes - taken
     places = max(1, parts.shape[1] // 3)
     squares = np.einsum("fc,cd,fd->f", off, parts @ parts.T, off) / places
     moved = motion.weights.copy()
@@ -151,14 +152,14 @@ def fit_controls(motion: Motion, looks: Sequence[dict[str, float]]) -> ControlFi
     )
 
 
-def _without_hidden_jaw(curves: Float64Array, names: list[str]) -> Float64Array:
-    """Curves in which `mouthClose` and the jaw that it closes over are gone: no viseme has them."""
-    if {"jawOpen", "mouthClose"} <= set(names):
-        jaw, over = names.index("jawOpen"), names.index("mouthClose")
-        hidden = (1 - JAW_SEEN) * np.minimum(curves[:, jaw], curves[:, over])
-        curves[:, jaw] -= hidden
-        curves[:, over] -= hidden
-    return curves
+def _with_less_hidden_jaw(curves: Float64Array, names: list[str]) -> Float64Array:
+    """Curves with `JAW_SEEN` of the jaw that `mouthClose` hides, which no viseme has."""
+    if not {"jawOpen", "mouthClose"} <= set(names):
+        return curves
+    pair = [names.index("jawOpen"), names.index("mouthClose")]
+    found = curves.copy()
+    found[:, pair] -= (1 - JAW_SEEN) * curves[:, pair].min(axis=1, keepdims=True)
+    return found
 
 
 def _apart(curves: Float64Array, gaps: Float64Array) -> Float64Array:
