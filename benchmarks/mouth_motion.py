@@ -18,40 +18,27 @@ from pathlib import Path
 import numpy as np
 
 from elocute.animation import animate
-from elocute.array_types import Float64Array
-from elocute.audio.phones_and_visemes import SILENCE
+from elocute.array_types import Float64Array, FloatArray
+from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE
-from elocute.encoders.phone_encoder import builtin_encoder
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.evaluation.tracked_mouths import TrackedClip, find_tracked_mouths, read_tracked_mouth
 from elocute.files.array_reading import read_npz
+from elocute.models.feature_extraction import extract_features
+from elocute.models.registry import open_model
 from elocute.motion.motion import Motion
-from elocute.motion.mouth_measures import measure_mouth
+from elocute.motion.mouth_measures import measure_as_tracked
 from elocute.numerics.correlation import pearson
 
 FIELDS = ("inner_opening_mean", "lip_width", "protrusion", "jaw", "upper_lip", "lower_lip")
 SHOWN = ("opening", "width", "protrusion", "jaw", "upper lip", "lower lip")
 OPENING, JAW = 0, 3
+LABIODENTALS, SURELY = [PHONES.index("F"), PHONES.index("V")], 0.6
 LAGS_S = np.arange(-0.12, 0.121, 0.02)
 SHUT_MM, OURS_SHUT_MM = 1.8, 0.1  # trackers see a gap between lips that touch
 TRACKED_LEAST, REST_LEAST = 0.9, 5  # share of frames, and frames
 FPS = 60
-NOSE, LIP_TOP, LIP_BOTTOM, CHIN, CORNERS = 33, 51, 57, 8, (48, 54)
-
-
-def six_measures(motion: Motion) -> Float64Array:
-    """(frame, 6) mm in the order of `FIELDS`, as the tracker of the recordings measures them."""
-    head = motion.head
-    kept = head.landmarks[[NOSE, LIP_TOP, LIP_BOTTOM, CHIN, *CORNERS]]
-    basis = head.expression_basis[:, kept].reshape(len(head.expression_names), -1)
-    points = (motion.weights @ basis).reshape(motion.frame_count, len(kept), 3)
-    nose, top, bottom, chin, left, right = np.moveaxis(points + head.template[kept], 1, 0)
-    front = (top[:, 2] + bottom[:, 2] - left[:, 2] - right[:, 2]) / 2
-    apart = [np.linalg.norm(a - b, axis=1) for a, b in ((nose, chin), (top, nose), (nose, bottom))]
-    width = np.linalg.norm(left - right, axis=1)
-    opening = measure_mouth(motion)["opening_mm"] / 1000
-    return 1000 * np.stack([opening, width, front, *apart], axis=1).astype(np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +49,11 @@ class Recording:
     ----------
     ours, theirs : (frame, 6) float64
         Of the animated head and of the person, mm.
-    r : (6,) float64
-        Best correlation of each measure, over all frames that were tracked.
+    r, told_r : (6,) float64
+        Best correlation of each measure, over all frames that were tracked: of the animated head,
+        and of what the trunk tells before anything moves.
+    bitten_mm : (frame,) float64
+        Gap of our lips in f and v.
     chin_speeds : (pair, 2) float64
         Ours and theirs, mm/s.
     """
@@ -71,6 +61,8 @@ class Recording:
     ours: Float64Array
     theirs: Float64Array
     r: Float64Array
+    told_r: Float64Array
+    bitten_mm: Float64Array
     chin_speeds: Float64Array
 
 
@@ -89,18 +81,25 @@ def compared(found: TrackedClip, model: str) -> Recording | None:
     times_s = np.asarray(fields["t"], float) - found.offset_s
     sound = read_audio(read_tracked_mouth(found).sound, sample_rate=SPEECH_RATE)
     motion = animate(sound, model=model, fps=FPS, life=0).motion
-    mine, clock = six_measures(motion), np.arange(motion.frame_count) / FPS
+    mine, clock = (
+        measure_as_tracked(motion).values.astype(float),
+        np.arange(motion.frame_count) / FPS,
+    )
     still = np.zeros((1, motion.weights.shape[1]), np.float32)
-    at_rest = six_measures(Motion(motion.head, still, FPS))[0]
+    at_rest = measure_as_tracked(Motion(motion.head, still, FPS)).values[0].astype(float)
     theirs = tracked * 1000 * motion.head.eye_distance_m
-    lagged = [
-        np.stack([np.interp(times_s - lag, clock, column) for column in mine.T], axis=1)
-        for lag in LAGS_S
-    ]
-    r = [
-        max(pearson(each[seen, k], theirs[seen, k]) for each in lagged) for k in range(len(FIELDS))
-    ]
-    silence = np.exp(builtin_encoder().encode(sound.samples)[:, SILENCE])
+    lagged = _lagged(times_s, clock, mine)
+    speech, _ = extract_features(open_model("talkers"), sound)
+    rows = np.arange(len(speech.features.values)) / FEATURE_RATE
+    told = _lagged(times_s, rows, speech.features.values[:, : len(FIELDS)])
+    r, told_r = (
+        [max(pearson(x[seen, k], theirs[seen, k]) for x in each) for k in range(len(FIELDS))]
+        for each in (lagged, told)
+    )
+    assert speech.phones is not None
+    heard = np.exp(speech.phones.values)
+    silence = heard[:, SILENCE]
+    bitten = np.interp(clock, rows, heard[:, LABIODENTALS].sum(axis=1)) > SURELY
     quiet = np.interp(times_s, np.arange(len(silence)) / FEATURE_RATE, silence) > 0.5
     resting = seen & quiet
     if resting.sum() < REST_LEAST:
@@ -114,8 +113,18 @@ def compared(found: TrackedClip, model: str) -> Recording | None:
         (ours - at_rest)[spoken],
         (theirs - rest)[spoken],
         np.array(r),
+        np.array(told_r),
+        mine[bitten, OPENING],
         np.stack(speeds, axis=1) / np.median(np.diff(times_s)),
     )
+
+
+def _lagged(times_s: Float64Array, clock: Float64Array, values: FloatArray) -> list[Float64Array]:
+    """Values at the tracked moments, for each lag."""
+    return [
+        np.stack([np.interp(times_s - lag, clock, column) for column in values.T], axis=1)
+        for lag in LAGS_S
+    ]
 
 
 def table(recordings: Sequence[Recording]) -> Iterator[str]:
@@ -126,8 +135,11 @@ def table(recordings: Sequence[Recording]) -> Iterator[str]:
     both = (ours, theirs)
     shut = ours[:, OPENING] < OURS_SHUT_MM, theirs[:, OPENING] < SHUT_MM
     yield f"{len(recordings)} recordings, {len(ours)} frames of speech; ours, people's"
-    for name, r in zip(SHOWN, np.mean([each.r for each in recordings], axis=0), strict=True):
-        yield f"{f'r of {name}':40} {r:7.3f}"
+    r = np.mean([(each.r, each.told_r) for each in recordings], axis=0)
+    for name, ours_r, told in zip(SHOWN, *r, strict=True):
+        yield f"{f'r of {name}; of the trunk itself':40} {ours_r:7.3f} {told:7.3f}"
+    bitten = np.concatenate([each.bitten_mm for each in recordings])
+    yield f"{'gap in f and v, median, mm':40} {np.median(bitten):7.2f}"
     rows = {
         "correlation of chin and lip gap": [pearson(x[:, JAW], x[:, OPENING]) for x in both],
         "chin below rest, lips shut": [x[s, JAW].mean() for x, s in zip(both, shut, strict=True)],

@@ -31,6 +31,7 @@ import torch
 from elocute.array_types import Float32Array
 from elocute.audio.phones_and_visemes import SILENCE
 from elocute.encoders.trunk import KIND, ROW_SAMPLES, SHIPPED_PATH
+from elocute.models.talkers import SIZES_PATH
 from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig
 from recipes.encoder import evaluate
 from recipes.encoder.augment import Augmenter
@@ -192,8 +193,10 @@ def ship(chosen: argparse.Namespace) -> None:
     sentences = read_mouths(chosen.data / "grid_s1" / "clips", leave_out=measuring)[::10]
     talkers = standardise([*words, *sentences])
     _, other = split_talkers(words)
-    sizes = calibrate(trunk, [*other, *sentences], talkers)
-    print(json.dumps(sizes))
+    sizes = calibrate(trunk, [other, sentences], list(talkers.values()))
+    chosen.sizes.write_text(json.dumps(sizes, indent=1) + "\n", encoding="utf-8")
+    if chosen.sizes_alone:
+        return
     front_end = BatchLogMel(0)
     sounds = [clip.samples for clip in [*other[::10], *sentences[::5]]]
     sounds += [one.samples for one in read_reference(REFERENCE, chosen.data / "speech")[::20]]
@@ -201,7 +204,7 @@ def ship(chosen: argparse.Namespace) -> None:
         front_end(torch.from_numpy(np.pad(x, (0, -len(x) % ROW_SAMPLES)))[None], CONTEXT)
         for x in sounds
     )
-    record = {"kind": KIND, **sizes, "note": NOTE}
+    record = {"kind": KIND, "note": NOTE}
     export(trunk, chosen.output, record, scales(trunk, bands))
     print(f"{chosen.output}: {chosen.output.stat().st_size} bytes")
 
@@ -242,6 +245,8 @@ def main() -> None:
     parser.add_argument("--held-out", action="store_true")
     parser.add_argument("--phones-alone", action="store_true", help="leave the mouth as it is")
     parser.add_argument("-o", "--output", type=Path, default=SHIPPED_PATH)
+    parser.add_argument("--sizes", type=Path, default=SIZES_PATH, help="of movement, for the head")
+    parser.add_argument("--sizes-alone", action="store_true", help="ship the sizes, not the trunk")
     chosen = parser.parse_args()
     torch.set_num_threads(1)
     chosen.work.mkdir(parents=True, exist_ok=True)

@@ -14,38 +14,38 @@ from recipes.head.pulls import Fold, Pull, both_sides, pulled
 from recipes.head.tongue import along
 
 FUNNEL = Aperture(
-    half_width=8.8,
+    half_width=13.0,
     above=4.8,
-    below=4.2,
+    below=4.6,
     drop=0.9,
-    forward=6.5,
-    corner_back=4.7,
-    evert_deg=12,
+    forward=8.0,
+    corner_back=6.0,
+    evert_deg=24,
     fullness=1.5,
     thickness=0.92,
-    taper=0.30,
-    roundness=0.75,
+    taper=0.20,
+    roundness=0.80,
     corner_full=0.6,
 )
 PUCKER = Aperture(
-    half_width=7.0,
+    half_width=10.0,
     above=0.7,
     below=0.45,
     drop=2.5,
-    forward=8.0,
-    corner_back=4.9,
-    evert_deg=6,
+    forward=10.0,
+    corner_back=6.5,
+    evert_deg=14,
     fullness=1.8,
-    thickness=0.865,
-    taper=0.55,
-    roundness=0.85,
-    hole=0.78,
+    thickness=0.90,
+    taper=0.45,
+    roundness=0.75,
+    hole=0.62,
     pinch=0.5,
     corner_full=0.75,
 )
 TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
 """How far the back of the tongue sinks while the jaw is wide open; where along it, and how wide."""
-CORNERS_FALL_M, CORNERS_IN_M = 0.0052, 0.0045
+CORNERS_FALL_M, CORNERS_IN_M = 0.0080, 0.0055
 """How far the corners fall with a wide open jaw, besides what its bone draws them, and how far they
 come in: a mouth opens round."""
 STRETCHED_CHEEK = (
@@ -120,8 +120,9 @@ SHRUG_FORWARD_M = 0.0022
 """How far the upper lip is pushed out in a shrug."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.0013, 0.04
-"""How far the upper lip rises in f, and the jaw's opening that this is made for. The lower one
+LABIODENTAL_LIFT_M, LABIODENTAL_JAW = -0.0010, 0.04
+"""How far the upper lip rises in f (it comes down a little), and the jaw's opening that this is
+made for. The lower one
 meets the incisors' edges."""
 ROLLED, ROLLED_REACH, LIFTED_REACH = (0.55, 0.60), (0.0235, 0.6), (0.0170, 1.8)
 """What is left of the lower lip's height and fullness then, and how far to the sides it is rolled
@@ -342,7 +343,7 @@ def _lower_half(face: NeutralFace, displacement: np.ndarray) -> np.ndarray:
 
 def _labiodental(face: NeutralFace) -> np.ndarray:
     """The lower lip rolls in until its inner side lies on the edge of the upper incisors; the
-    upper lip rises and shows them. Made for the little that a jaw is open in f and v."""
+    upper lip lies close above it. Made for the little that a jaw is open in f and v."""
     lips = face.lips
     teeth = face.vertices[face.assembly.slices["teeth_upper"]]
     middle = teeth[np.abs(teeth[:, 0]) < 0.008]

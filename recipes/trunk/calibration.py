@@ -2,87 +2,81 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
+from itertools import chain
 
 import numpy as np
 
-from elocute.array_types import Float32Array, Float64Array
-from elocute.articulation.phone_targets import curve_names
+from elocute.array_types import Float64Array
 from elocute.audio.phones_and_visemes import SILENCE
 from elocute.encoders.trunk import AHEAD
 from elocute.head.builtin import load_builtin_head
-from elocute.models.talkers import rule_curves
 from elocute.motion.curves import Curves, motion_from_curves
-from elocute.motion.mouth_measures import MEASURES, measure_mouth
-from elocute.motion.mouth_response import builtin_response
+from elocute.motion.mouth_measures import TRACKED_RESTING, measure_as_tracked
 from elocute.networks.trunk import Trunk
 from recipes.trunk.judging import answers
-from recipes.trunk.mouths import ROW_RATE, MouthClip, TalkerMouth
+from recipes.trunk.mouths import FIELDS, ROW_RATE, MouthClip, TalkerMouth
 
 QUANTILES = (2, 10, 25, 50, 75, 90, 98, 99.5)
-GAIN_MOST = 1.3
 REST_ROWS = 15  # of rest that a clip must have to tell what speech differs from
+SPEECH_ROWS = 15
 PEAKS = 1.12  # of openings beyond the median, which a network that is unsure makes too small
 
 
 def calibrate(
-    trunk: Trunk, clips: Sequence[MouthClip], talkers: Mapping[str, TalkerMouth]
+    trunk: Trunk, sources: Sequence[Sequence[MouthClip]], talkers: Sequence[TalkerMouth]
 ) -> dict[str, list]:
-    """The record of a model of talkers: `middle_mm`, `spread_mm` and `opening_map`.
+    """`middle_mm`, `spread_mm` and `opening_map` of `elocute.models.talkers`.
 
-    A network that is unsure moves less than people do. Each measure is widened to the deviation of
-    the middle of people; the opening is given their distribution, quantile by quantile.
+    A network that is unsure moves less than people do, and it is surer of some than of others.
+    Each measure is widened by how much more people move in their clips, the geometric mean over
+    the sources of clips; it lies as far from rest as people's do, the mean over them. The opening
+    is given the distribution of the middle of people, quantile by quantile.
     """
     head = load_builtin_head()
-    count, eyes_mm = len(MEASURES), 1000 * head.eye_distance_m
-    mean = np.median([one.mean for one in talkers.values()], axis=0)[:count]
-    deviation = np.median([one.deviation for one in talkers.values()], axis=0)[:count] * eyes_mm
-    told, true, moved, ruled = (
-        np.concatenate(part) for part in zip(*_spoken(trunk, clips), strict=True)
-    )
-    gain = np.minimum(true.std(axis=0) / told.std(axis=0), GAIN_MOST)
-    speaking = ruled.mean(axis=0)
-    # Width and jaw are people's own: how they differ from rest in speech. Tracked depth is weak.
-    rest = measure_mouth(
-        motion_from_curves(head, Curves(np.zeros((1, 1), np.float32), ("jawOpen",), 1.0))
-    )
-    for name in ("width_mm", "jaw_mm"):
-        place = MEASURES.index(name)
-        speaking[place] = rest[name][0] + np.nanmean(moved[:, place]) * eyes_mm
-    middle = speaking - gain * deviation * told.mean(axis=0)
-    knots = np.percentile(told[:, 0], QUANTILES)
-    values = mean[0] * eyes_mm + deviation[0] * np.percentile(true[:, 0], QUANTILES)
+    eyes_mm = 1000 * head.eye_distance_m
+    still = Curves(np.zeros((1, 1), np.float32), ("jawOpen",), 1.0)
+    rest = measure_as_tracked(motion_from_curves(head, still)).values[0]
+    spoken = [_spoken(trunk, clips) for clips in sources]
+    told_means = [np.mean([each.mean(axis=0) for each, *_ in clips], axis=0) for clips in spoken]
+    moved = [np.nanmean([clip[2] for clip in clips], axis=0) * eyes_mm for clips in spoken]
+    wider = [_deviation(1, clips) * eyes_mm / _deviation(0, clips) for clips in spoken]
+    spread = np.exp(np.mean(np.log(wider), axis=0))
+    middle = rest + np.mean(moved, axis=0) - spread * np.mean(told_means, axis=0)
+    told, deviations = (np.concatenate([c[k][:, 0] for c in chain(*spoken)]) for k in (0, 3))
+    knots = np.percentile(told, QUANTILES)
+    mean, deviation = np.median([(one.mean[0], one.deviation[0]) for one in talkers], axis=0)
+    gaps = mean + deviation * np.percentile(deviations, QUANTILES)
+    values = eyes_mm * (gaps - TRACKED_RESTING)
     median = values[QUANTILES.index(50)]
     values += (PEAKS - 1) * np.maximum(values - median, 0)
     return {
         "middle_mm": np.round(middle, 3).tolist(),
-        "spread_mm": np.round(gain * deviation, 3).tolist(),
+        "spread_mm": np.round(spread, 3).tolist(),
         "opening_map": np.round([knots, np.maximum.accumulate(values)], 4).tolist(),
     }
 
 
-def _spoken(
-    trunk: Trunk, clips: Sequence[MouthClip]
-) -> Iterator[tuple[Float32Array, Float32Array, Float64Array, Float64Array]]:
-    """Of the rows in which somebody speaks: the network's measures, the person's, how far the
-    person's are from those at rest in the clip (NaN where it has none), the rules' in mm."""
-    response, count = builtin_response(curve_names()), len(MEASURES)
+def _deviation(k: int, clips: Sequence[tuple[Float64Array, ...]]) -> Float64Array:
+    """(field,) root mean square of what differs from each clip's mean."""
+    apart = np.concatenate([clip[k] - clip[k].mean(axis=0) for clip in clips])
+    return apart.std(axis=0)
+
+
+def _spoken(trunk: Trunk, clips: Sequence[MouthClip]) -> list[tuple[Float64Array, ...]]:
+    """Of the rows in which somebody speaks, clip by clip: the network's measures, the person's,
+    the mean of how far the person's are from rest (NaN where the clip has none), and the person's
+    in deviations."""
+    found = []
     for clip in clips:
         mouth, phones = answers(trunk, clip.samples, AHEAD)
         silence = np.exp(phones[:, SILENCE])
         inside, resting = clip.known & (silence < 0.5), clip.known & (silence > 0.9)
-        ruled = response.measures(rule_curves(phones, 0, 0, len(phones)))
-        rows = np.stack(
-            [
-                np.interp(np.arange(len(silence)) / ROW_RATE, clip.times_s, column)
-                for column in clip.tracked[:, :count].T
-            ],
-            axis=1,
-        )
+        if inside.sum() < SPEECH_ROWS:
+            continue
+        times = np.arange(len(silence)) / ROW_RATE
+        rows = np.stack([np.interp(times, clip.times_s, each) for each in clip.tracked.T], axis=1)
         rest = np.median(rows[resting], axis=0) if resting.sum() >= REST_ROWS else np.nan
-        yield (
-            mouth[inside, :count],
-            clip.targets[inside, :count],
-            rows[inside] - rest,
-            ruled[inside],
-        )
+        told = mouth[inside, : len(FIELDS)].astype(np.float64)
+        found.append((told, rows[inside], (rows[inside] - rest).mean(axis=0), clip.targets[inside]))
+    return found

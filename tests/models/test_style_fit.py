@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from elocute.articulation.style import Style
 from elocute.audio.features import Features
 from elocute.audio.read import read_audio
 from elocute.encoders.registry import resolve_encoder
@@ -19,11 +20,11 @@ from elocute.models import style_targets
 from elocute.models.feature_extraction import extract_features
 from elocute.models.model_shapes import basis_of
 from elocute.models.protocol import FrameSpan, SpeechFeatures
-from elocute.models.registry import open_model
 from elocute.models.style_errors import StyleErrors
 from elocute.models.style_fit import fit_style, search
 from elocute.models.style_mixes import MixedStyle, read_mix, write_mix
 from elocute.models.style_targets import ObservedMotion, finished_weights
+from elocute.models.talkers import TalkersModel
 from elocute.models.voca import VocaModel
 from elocute.motion import vertex_motion
 from elocute.motion.vertex_motion import VertexMotion
@@ -187,8 +188,21 @@ def test_a_new_style_beyond_the_mix_is_found(model: VocaModel, speech: SpeechFea
     assert fit.vector is not None and fit.vector_error_mm is not None
     assert fit.vector_error_mm < 0.5 * fit.error_mm
     assert fit_style(model, [take]).vector is None
-    with pytest.raises(ModelError, match="no style vector"):
-        fit_style(open_model("articulation"), [take], new=True)
+
+
+def test_how_far_a_person_moves_is_found_in_the_numbers_of_the_rules(speech_wav: Path) -> None:
+    model, sound = TalkersModel(), read_audio(speech_wav)
+    speech, _ = extract_features(model, sound)
+    person = Style(amplitude=0.7, spread=1.4, smile=0.2, parted_mm=1.0)
+    span = FrameSpan.whole(50, model.fps)
+    basis = basis_of(model.components, model.basis)
+    weights = finished_weights(model, speech, person, span)
+    motion = VertexMotion(weights, load_builtin_head().template, model.fps, basis)
+    fit = fit_style(model, [ObservedMotion(speech, motion)], new=True)
+    assert fit.vector is not None and fit.vector_error_mm is not None
+    assert fit.vector_error_mm < 0.3 * fit.error_mm
+    for name, tolerance in (("amplitude", 0.05), ("spread", 0.15), ("smile", 0.05)):
+        assert fit.vector[name] == pytest.approx(getattr(person, name), abs=tolerance)
 
 
 def test_a_trained_model_tells_how_it_errs(learned: Any, tmp_path: Path) -> None:

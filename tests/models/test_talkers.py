@@ -42,7 +42,7 @@ def mouth(speech_wav):
 def test_it_names_what_it_is() -> None:
     model = open_model("talkers")
     assert model.styles == tuple(STYLES) and model.makes_contacts
-    note = talkers.TalkersModel().record.note
+    note = talkers.TalkersModel().network.record["note"]
     assert "Arabic" in note and "GRID" in note and "Whisper" in note
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.curves import Curves, motion_from_curves
-from elocute.motion.mouth_measures import MEASURES, measure_mouth
+from elocute.motion.mouth_measures import MEASURES, measure_as_tracked
 from elocute.motion.mouth_response import builtin_response, corrected_curves
 
 NAMES = ("jawOpen", "mouthLowerDownLeft", "mouthLowerDownRight", "mouthPucker", "mouthSmileLeft")
@@ -13,7 +13,9 @@ FREE: dict[str, float] = dict.fromkeys(NAMES, 0.3)
 
 
 def measured(values):
-    return measure_mouth(motion_from_curves(load_builtin_head(), Curves(values, NAMES, 25))).values
+    return measure_as_tracked(
+        motion_from_curves(load_builtin_head(), Curves(values, NAMES, 25))
+    ).values
 
 
 def test_the_response_is_what_the_head_does():

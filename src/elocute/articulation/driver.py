@@ -30,9 +30,10 @@ from elocute.articulation.style import Style
 from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import InputError
-from elocute.head.viseme_shapes import INCISORS, LABIODENTAL, VISEME_SHAPES
+from elocute.head.viseme_shapes import LABIODENTAL, VISEME_SHAPES
 from elocute.motion.curves import Curves
 from elocute.numerics.input_checks import check_kind, real_number
+from elocute.numerics.smoothing import smoothstep
 from elocute.one_line_repr import brief
 from elocute.settings import setting_of
 
@@ -50,7 +51,9 @@ PARTING = (
     "mouthShrugUpper",
 )
 JAW_LEFT_IN_CLOSURE = 0.30  # share of the neighbours' jaw opening that a p keeps behind its lips
-HEARD_JAW_LEFT = 0.8  # the same of a jaw that was heard: people keep it nearly open
+# Over which the lower lip reaches the teeth no more.
+BITTEN_MOST = {"jawOpen": 0.12, "mouthPucker": 0.08}
+HELD_FROM = 0.7  # of a contact that is asked for: from there on it is made
 ONE_SIDED_SMILE = 0.45  # of a whole unit of asymmetry, on the side that it favours
 CHEEK_OF_SMILE = 0.6  # how much a smile lifts the cheek
 ASYMMETRY_REACH = 0.35  # how much a whole unit of asymmetry takes from one side
@@ -136,7 +139,7 @@ def articulate(
     _apply_style(curves, style, strength)
     position = _TakePosition(first_frame, first_row)
     if contacts:
-        _lay_contacts(curves, posteriors, rate, fps, style, position, strength)
+        _lay_contacts(curves, posteriors, rate, fps, style, position)
     _pose(curves, style)
     _lean(curves, style.asymmetry)
     return _limited(curves, fps)
@@ -179,10 +182,8 @@ def finish_decoded(
     seals: FloatArray,
     teeth: FloatArray,
     style: Style,
-    strength: float = 1.0,
-    sure: FloatArray | float = 1.0,
 ) -> Curves:
-    """Lay contacts that are known over curves, then what a style adds to any mouth.
+    """Make the contacts of curves exact that nearly have them, then add what a style adds.
 
     Parameters
     ----------
@@ -192,21 +193,22 @@ def finish_decoded(
         How far the lips are shut, and the lower lip is at the upper teeth, 0 to 1.
     style : Style
         How the person articulates.
-    strength : float
-        How far the mouth moves; lips meet whatever it is.
-    sure : (frame,) or float
-        How surely the teeth are meant, and not a p heard as an f: so far they are shown.
 
     Returns
     -------
     Curves
     """
     columns = _columns(curves)
-    _meet_teeth(columns, teeth, style, strength * sure)
-    _close_lips(columns, seals, HEARD_JAW_LEFT)
+    _bite(columns, _held(teeth))
+    _close_lips(columns, _held(seals), jaw_left=1.0)
     _pose(columns, style)
     _lean(columns, style.asymmetry)
     return _limited(columns, curves.fps)
+
+
+def _held(gate: FloatArray) -> FloatArray:
+    """What of a contact is no way to it or from it."""
+    return smoothstep(np.clip((gate - HELD_FROM) / (1 - HELD_FROM), 0, 1))
 
 
 def _columns(curves: Curves) -> dict[str, FloatArray]:
@@ -231,7 +233,6 @@ def _lay_contacts(
     fps: float,
     style: Style,
     position: _TakePosition,
-    strength: float = 1.0,
 ) -> None:
     """Rest, labiodental and bilabial contacts, in this order."""
     frame_count = len(curves["jawOpen"])
@@ -241,7 +242,7 @@ def _lay_contacts(
     for name in curves:
         curves[name] = curves[name] * speech
     teeth = _contact(posteriors, LABIODENTALS, rate, times_s, style) * speech
-    _meet_teeth(curves, teeth, style, strength)
+    _replace(curves, LABIODENTAL, teeth)
     _close_lips(curves, _contact(posteriors, BILABIALS, rate, times_s, style) * speech)
 
 
@@ -337,13 +338,16 @@ def _apply_style(curves: dict[str, FloatArray], style: Style, strength: float) -
         curves[name] = np.clip(curves[name] * factor, 0, 1)
 
 
-def _meet_teeth(
-    curves: dict[str, FloatArray], gate: FloatArray, style: Style, shown: FloatArray | float
-) -> None:
-    """Replace what the lips do by the labiodental shape, as far as the gate is open."""
-    _replace(curves, LABIODENTAL, gate)
-    for name in ("mouthUpperUpLeft", "mouthUpperUpRight"):
-        curves[name] = curves[name] + gate * INCISORS * style.upper_lip * shown
+def _bite(curves: dict[str, FloatArray], gate: FloatArray) -> None:
+    """The lower lip meets the teeth; jaw and rounding stay as far as it can."""
+    for name in PARTING:
+        if name in curves:
+            curves[name] *= 1 - gate
+    curves["mouthLabiodental"] = np.maximum(curves["mouthLabiodental"], gate)
+    for name, most in BITTEN_MOST.items():
+        curves[name] = np.minimum(curves[name], 1 - gate * (1 - most))
+    close = np.maximum(curves["jawOpen"] - LABIODENTAL["jawOpen"], 0)
+    curves["mouthClose"] = (1 - gate) * curves["mouthClose"] + gate * close
 
 
 def _close_lips(

@@ -12,13 +12,11 @@ def _both(name: str, weight: float) -> dict[str, float]:
 
 
 LABIODENTAL = {"jawOpen": 0.04, "mouthLabiodental": 1.0}
-"""The lower lip on the incisors, which are seen only where the upper lip rises."""
-INCISORS = 0.02
-"""Of `mouthUpperUp`, with which an f shows the teeth that the lower lip meets."""
+"""The lower lip on the incisors, which are seen under the upper lip."""
 VISEME_SHAPES: dict[str, dict[str, float]] = {
     "sil": {},
     "PP": {"jawOpen": 0.06, "mouthClose": 0.06, **_both("mouthPress", 0.5)},
-    "FF": {**LABIODENTAL, **_both("mouthUpperUp", INCISORS)},
+    "FF": LABIODENTAL,
     "TH": {
         "jawOpen": 0.16,
         "tongueDental": 1.0,

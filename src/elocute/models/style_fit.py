@@ -12,19 +12,21 @@ covariance (maximum likelihood where the spread of the noise is unknown). A misr
 moves jaw and lips by millimetres and drowns a sum of squares; a lopsided smile is small, but lies
 where recognition errs little.
 
-A new style beyond the mix is a vector at the network's input, found in the same way.
+A new style beyond the mix is a vector at the network's input, or a person's own numbers of the
+rules (how far the mouth moves, and what it wears), found in the same way.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from elocute.array_types import Float64Array
+from elocute.articulation.style import Style
 from elocute.errors import ModelError
 from elocute.models.protocol import FrameSpan, SpeechModel
 from elocute.models.style_errors import StyleErrors
@@ -36,6 +38,7 @@ from elocute.models.style_targets import (
     finished_weights,
     target_of,
 )
+from elocute.settings import setting_of
 
 SECONDS_LEAST = 0.5
 STEPS = (0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625)
@@ -45,6 +48,9 @@ GAIN_LEAST = 1e-5  # of the error: smaller gains are noise
 EXTRA = 0.1  # of what the model is known to err by: each further style must explain more than that
 # The same for a vector as far from the middle of all styles as each of them is.
 RIDGE = 0.05
+PERSONAL = ("amplitude", "rounding", "spread", "upper_lip", "asymmetry", "smile", "parted_mm")
+"""Numbers of the rules' styles by which people's movements differ in size and lean."""
+LIMITS = {name: setting_of(Style, name) for name in PERSONAL}
 
 
 @dataclass(frozen=True)
@@ -64,7 +70,8 @@ class StyleFit:
     seconds : float
         How much motion was used.
     vector : dict or None
-        A new style: what the network is given for each style, in place of the mix.
+        A new style: what the network is given for each style, in place of the mix; or the numbers
+        of a `Style`.
     vector_error_mm : float or None
         The error in it, mm.
     """
@@ -107,7 +114,7 @@ def fit_style(
         minute is used. Features with phones where the model makes contacts from them.
     new : bool
         Whether a new style beyond the mix is sought too: a vector at the network's input, drawn
-        towards the middle of its styles.
+        towards the middle of its styles, or the numbers of a `Style`.
 
     Returns
     -------
@@ -116,8 +123,8 @@ def fit_style(
     Raises
     ------
     ModelError
-        For motions of another topology, too short, not finite or none, for a model without
-        styles, and for a new style of one that has no such input.
+        For motions of another topology, too short, not finite or none, and for a model without
+        styles.
 
     References
     ----------
@@ -144,12 +151,10 @@ def fit_style(
     mix = search(problem.loss_of_few, corners[nearest])
     found: dict[str, Any] = {}
     if new:
-        vector = problem.vector(mix)
+        numbers, style = problem.new_style(mix)
         found = {
-            "vector": {
-                name: round(float(each), 6) for name, each in zip(names, vector, strict=True)
-            },
-            "vector_error_mm": problem.vector_error_mm(vector),
+            "vector": {name: round(float(each), 6) for name, each in numbers.items()},
+            "vector_error_mm": problem.error_in_mm(style),
         }
     shares = np.where(mix < SHARE_LEAST, 0, mix)
     shares /= shares.sum()
@@ -238,31 +243,48 @@ class _Problem:
         """mm: root of the mean squared distance of vertices."""
         return self._error_mm(self._style(mix))
 
-    def vector_error_mm(self, vector: Float64Array) -> float:
-        """The same for a network's input (style,)."""
-        return self._error_mm(_at_input(vector))
+    def error_in_mm(self, style: Any) -> float:
+        """The same for a style beyond the mix."""
+        return self._error_mm(style)
 
-    def vector(self, mix: Float64Array) -> Float64Array:
+    def new_style(self, mix: Float64Array) -> tuple[dict[str, float], Any]:
+        """Numbers of a style beyond the mix, beginning with it (style,), that explain most.
+
+        A network's input for each of its styles, or what a person does by the rules' numbers.
+        """
+        start = self._style(mix)
+        if isinstance(start, Style):
+            lows, highs = np.array([(LIMITS[name].low, LIMITS[name].high) for name in PERSONAL]).T
+            begin = (np.array([getattr(start, name) for name in PERSONAL]) - lows) / (highs - lows)
+
+            def styled(shares: Float64Array) -> Style:
+                numbers = lows + np.clip(shares, 0, 1) * (highs - lows)
+                return replace(start, **dict(zip(PERSONAL, numbers.tolist(), strict=True)))
+
+            shares = search(lambda x: self._loss_in(styled(x)), begin, _axes)
+            style = styled(shares)
+            return asdict(style), style
+        vector = self._vector(mix)
+        return dict(zip(self.model.styles, vector.tolist(), strict=True)), _at_input(vector)
+
+    def _vector(self, mix: Float64Array) -> Float64Array:
         """(style,) the network's input, beginning with a mix (style,), that explains most."""
-        if not isinstance(self._style(mix), MixedStyle):
-            raise ModelError.about(
-                f"model {self.model.name}",
-                found="no style vector at its input",
-                allowed="voca, or one that elocute train voca wrote",
-            )
         middle = 1 / len(mix)
         radius = max(1 - middle, middle)
 
         def loss(vector: Float64Array) -> float:
             far = float(np.square(vector - middle).sum()) / radius
-            weights = (self._weights(target, _at_input(vector)) for target in self.targets)
-            given = (each * self._gain @ self.shapes for each in weights)
-            pairs = zip(given, self.targets, strict=True)
-            distance = self._distance(each - target.places for each, target in pairs)
+            distance = self._loss_in(_at_input(vector))
             return distance + RIDGE * far * (self._expected or distance)
 
         starts = [mix, *np.eye(len(mix))[np.argsort(-mix)[:1]]]
         return search(loss, min(starts, key=loss), _steps)
+
+    def _loss_in(self, style: Any) -> float:
+        weights = (self._weights(target, style) for target in self.targets)
+        given = (each * self._gain @ self.shapes for each in weights)
+        pairs = zip(given, self.targets, strict=True)
+        return self._distance(each - target.places for each, target in pairs)
 
     def _distance(self, residuals: Iterable[Float64Array]) -> float:
         products = sum(residual.T @ residual for residual in residuals)
@@ -321,6 +343,12 @@ def _steps(vector: Float64Array, step: float) -> list[Float64Array]:
     axes = np.eye(len(vector)) * step
     outward = (vector - 1 / len(vector)) * step
     return [vector + sign * way for way in (*axes, outward) for sign in (1, -1)]
+
+
+def _axes(shares: Float64Array, step: float) -> list[Float64Array]:
+    """A step along each axis, within 0 and 1."""
+    ways = np.eye(len(shares)) * step / 2
+    return [np.clip(shares + sign * way, 0, 1) for way in ways for sign in (1, -1)]
 
 
 def _problem(model: SpeechModel, takes: Sequence[ObservedMotion]) -> _Problem:

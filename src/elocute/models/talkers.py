@@ -11,10 +11,11 @@ ONNX alone, no torch. Nothing in the file is executed but the network.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,13 @@ from elocute.articulation.contact_decoding import (
     known_contacts,
 )
 from elocute.articulation.contacts_and_rest import contact_evidence
-from elocute.articulation.driver import FRAME_S, LOOKAHEAD_S, articulate, finish_decoded
+from elocute.articulation.driver import (
+    FRAME_S,
+    LOOKAHEAD_S,
+    articulate,
+    finish_decoded,
+)
+from elocute.articulation.mouth_solver import ROUNDED, AskedMouth, mouth_curves
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.rest import EDGE_S, KNOWN_EDGE_S, breath_share, rest_share
 from elocute.articulation.style import Style
@@ -53,64 +60,50 @@ from elocute.models.model_file import check_file
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
 from elocute.models.styled_as_rules import StyledAsRules
 from elocute.motion.curves import Curves
-from elocute.motion.mouth_measures import MEASURES
-from elocute.motion.mouth_response import builtin_response, corrected_curves
+from elocute.motion.mouth_measures import TRACKED_MEASURES
+from elocute.motion.mouth_response import (
+    builtin_response,
+)
 from elocute.numerics.resampling import frame_places, read_rows
-from elocute.numerics.smoothing import smoothstep
 
 SHIPPED = "talkers"
-NUMBERS_MAX_MM = 200.0
-OPENING, WIDTH, PROTRUSION, JAW = range(len(MEASURES))
+SIZES_PATH = Path(__file__).parent / "assets" / "mouth_sizes.json"
+OPENING = TRACKED_MEASURES.index("opening_mm")
 TEMPO_ROWS = 5  # that a style's tempo looks at on both sides
 UNHEARD = (0.5, 0.9)  # of silence in the sound, beside which known phones move as the rules say
 PARTED_MM, NEARLY_MM = 1.0, 0.6  # lips in speech come no nearer; where a p may have been heard
-EASE_MM = 0.5  # above which they slow down
 MAYBE = 0.15  # evidence of p, b or m with which lips may come as near as that
-FREEDOM = {
-    "jawOpen": 0.25,
-    "mouthClose": 0.25,
-    "mouthLowerDownLeft": 0.25,
-    "mouthLowerDownRight": 0.25,
-    "mouthUpperUpLeft": 0.22,
-    "mouthUpperUpRight": 0.22,
-    "mouthPucker": 0.16,
-    "mouthFunnel": 0.16,
-    "mouthStretchLeft": 0.35,
-    "mouthStretchRight": 0.35,
-    "mouthSmileLeft": 0.14,
-    "mouthSmileRight": 0.14,
-}
 HISSED = ("S", "Z", "SH", "ZH", "CH", "JH")
 BEYOND = 0.4  # of its slope, with which the map goes on above its last knot: lips stretch no more
-SURE = (0.6, 0.9)  # of the evidence for a contact, that for teeth: where none, and all, are shown
-BREATH_MM = 4.2  # that lips part before a phrase
 STIFF_JAW = 0.8  # of its freedom that a jaw loses in them: teeth meet, and lips do the rest
-TOLERANCE_MM = {"opening_mm": 0.05, "width_mm": 0.5, "jaw_mm": 0.4}
 SLOWER_ROWS, SLOWEST_ROWS = 1.6, 2.2  # blur of movements twice as slow as plain ones, and the most
 SHARPER = 0.9  # share of the difference from a blur that is added where they are twice as fast
-ROUNDED = ("mouthPucker", "mouthFunnel")
-ROUNDED_SHARE = 0.25  # of the rules' width where they round the lips fully
+ROUNDED_SHARE = 0.15  # of the rules' width where they round the lips fully
 KNOWN_ROUNDED = 0.75  # of full rounding, from which all of it, where phones are known
 
 
 @dataclass(frozen=True, eq=False)
-class TalkerRecord:
-    """What training wrote into the file.
+class MouthSizes:
+    """How far people's mouths move on the built-in head, from what a trunk tells.
 
     Parameters
     ----------
     middle_mm, spread_mm : (measure,) float64
-        Mean and deviation of each measure in the speech of the middle of people, mm.
+        Of `TRACKED_MEASURES`: where speech lies, and a deviation of it, mm.
     opening_map : (2, knot) float64
-        The network's opening, rising, and what it is in mm.
-    note : str
-        Of the person who trained it.
+        The trunk's opening, rising, and what it is in mm.
     """
 
     middle_mm: Float64Array
     spread_mm: Float64Array
     opening_map: Float64Array
-    note: str
+
+
+@cache
+def mouth_sizes() -> MouthSizes:
+    """The sizes that `recipes.train_trunk ship` measured on people."""
+    stored = json.loads(SIZES_PATH.read_text(encoding="utf-8"))
+    return MouthSizes(**{name: np.array(values, np.float64) for name, values in stored.items()})
 
 
 class TalkersModel(StyledAsRules):
@@ -147,29 +140,6 @@ class TalkersModel(StyledAsRules):
         if self.path == SHIPPED_PATH and self._opened is None:
             return builtin_trunk()
         return TrunkNetwork(self.path, self._opened)
-
-    @cached_property
-    def record(self) -> TalkerRecord:
-        stored = self.network.record
-        try:
-            numbers = [
-                np.array(stored[name], np.float64)
-                for name in ("middle_mm", "spread_mm", "opening_map")
-            ]
-            middle, spread, curve = numbers
-            if middle.shape != (len(MEASURES),) or spread.shape != middle.shape:
-                raise ValueError("measures")
-            if curve.ndim != 2 or len(curve) != 2 or (np.diff(curve, axis=1) <= 0).any():
-                raise ValueError("opening_map")
-            if not all((np.abs(each) < NUMBERS_MAX_MM).all() for each in numbers):
-                raise ValueError("numbers")
-            return TalkerRecord(middle, spread, curve, str(stored["note"]))
-        except (ValueError, KeyError, TypeError, OverflowError) as error:
-            raise ModelError.about(
-                self.path,
-                found="a trunk without the record of talkers",
-                allowed="a trunk that recipes.train_trunk wrote",
-            ) from error
 
     @property
     def name(self) -> str:
@@ -214,22 +184,24 @@ class TalkersModel(StyledAsRules):
             edge_s = KNOWN_EDGE_S if speech.known else EDGE_S
             rest = rest_share(silence, phones.rate, starts=starts, edge_s=edge_s)[near]
             breath = breath_share(silence, phones.rate, starts=starts, edge_s=edge_s)[near]
-        wanted = self._wanted_mm(told, style)
-        parted = _parted_mm(posteriors)[near] if contacts else np.full(len(rest), NEARLY_MM)
-        rounding = _rounding(rules, known=speech.known)
-        stiff = STIFF_JAW * _heard(posteriors, HISSED)[near]
-        rows = _mouth_curves(rules, wanted, rounding, parted, stiff, rest, breath, style, strength)
+        since_first = times - phones.first / phones.rate
+        row_times = np.arange(begin - phones.first, stop - phones.first) / phones.rate
+        met = [_contacts(speech, posteriors, k) if contacts else [] for k in (SEALED, AT_TEETH)]
+        asked = AskedMouth(
+            wanted_mm=self._wanted_mm(told, style),
+            rounding=_rounding(rules, known=speech.known),
+            parted_mm=_parted_mm(posteriors)[near] if contacts else np.full(len(rest), NEARLY_MM),
+            stiff=STIFF_JAW * _heard(posteriors, HISSED)[near],
+            rest=rest,
+            breath=breath,
+            sealed=contact_track(met[SEALED], row_times),
+            at_teeth=contact_track(met[AT_TEETH], row_times),
+        )
+        rows = mouth_curves(rules, asked, style, strength)
         places = frame_places(span.first, span.count, phones.rate, span.fps) - begin
         found = Curves(np.clip(read_rows(rows, places), 0, 1), curve_names(), span.fps)
-        since_first = times - phones.first / phones.rate
-        seals, teeth = (
-            contact_track(_contacts(speech, posteriors, kind), since_first)
-            if contacts
-            else np.zeros(span.count, np.float32)
-            for kind in (SEALED, AT_TEETH)
-        )
-        sure = read_rows(_surely_teeth(posteriors)[:, None], since_first * phones.rate)[:, 0]
-        return finish_decoded(found, seals, teeth, style, strength, sure)
+        seals, teeth = (contact_track(each, since_first) for each in met)
+        return finish_decoded(found, seals, teeth, style)
 
     def _told(self, speech: SpeechFeatures, rules: Float32Array, begin: int) -> Float32Array:
         """(row, measure) deviations from a person's mean, for rows from `begin` on.
@@ -245,22 +217,22 @@ class TalkersModel(StyledAsRules):
             )
         rows = np.minimum(np.arange(begin, begin + len(rules)) - sound.first, len(sound.values) - 1)
         heard = sound.values[rows]
-        told = heard[:, : len(MEASURES)]
+        told = heard[:, : len(TRACKED_MEASURES)]
         if not speech.known:
             return told
         low, high = UNHEARD
         unheard = np.clip((heard[:, len(MOUTH_FIELDS)] - low) / (high - low), 0, 1)[:, None]
         measured = builtin_response(curve_names()).measures(rules)
-        ruled = (measured - self.record.middle_mm) / self.record.spread_mm
+        ruled = (measured - mouth_sizes().middle_mm) / mouth_sizes().spread_mm
         return (told + unheard * (ruled - told)).astype(np.float32)
 
     def _wanted_mm(self, told: Float32Array, style: Style) -> Float64Array:
         """(row, measure) of a mouth that speaks in a style."""
-        record = self.record
-        z = _at_tempo(told[:, : len(MEASURES)].astype(np.float64), style)
-        wanted = record.middle_mm + record.spread_mm * z
+        sizes = mouth_sizes()
+        z = _at_tempo(told[:, : len(TRACKED_MEASURES)].astype(np.float64), style)
+        wanted = sizes.middle_mm + sizes.spread_mm * z
         # The network's opening is in the order of people's; the map has their distribution.
-        knots, millimetres = record.opening_map
+        knots, millimetres = sizes.opening_map
         low, high = np.diff(millimetres)[[0, -1]] / np.diff(knots)[[0, -1]]
         opening = np.interp(z[:, OPENING], knots, millimetres)
         opening += low * np.minimum(z[:, OPENING] - knots[0], 0)
@@ -343,59 +315,6 @@ def _parted_mm(posteriors: Float32Array) -> Float64Array:
     return PARTED_MM + (NEARLY_MM - PARTED_MM) * share
 
 
-def _surely_teeth(posteriors: Float32Array) -> Float32Array:
-    """(row,) how surely an f or v is heard rather than a p, b or m."""
-    silence = posteriors[:, SILENCE]
-    teeth, lips = (
-        contact_evidence(_heard(posteriors, POOLS[k]), silence) for k in (AT_TEETH, SEALED)
-    )
-    low, high = SURE
-    share = teeth / np.maximum(teeth + lips, 1e-6)
-    return smoothstep(np.clip((share - low) / (high - low), 0, 1)).astype(np.float32)
-
-
 def _heard(posteriors: Float32Array, phones: Sequence[str]) -> Float32Array:
     """(row,) posterior of any of some phones."""
     return posteriors[:, [PHONES.index(phone) for phone in phones]].sum(axis=1)
-
-
-def _mouth_curves(
-    rules: Float32Array,
-    speaking_mm: Float64Array,
-    rounding: Float64Array,
-    parted_mm: Float64Array,
-    stiff: Float32Array,
-    rest: Float64Array,
-    breath: Float64Array,
-    style: Style,
-    strength: float,
-) -> Float32Array:
-    """(row, curve) that measure what is wanted, at rest where the mouth rests."""
-    names = curve_names()
-    response = builtin_response(names)
-    speech = 1 - rest
-    moved = speaking_mm - response.rest
-    gains = np.ones(len(MEASURES))
-    gains[[OPENING, JAW]] = style.amplitude
-    gains[WIDTH] = style.spread
-    moved[:, WIDTH] += rounding * (rules @ response.effects[:, WIDTH] - moved[:, WIDTH])
-    # Towards the least they slow down, so that near closures differ from each other.
-    least = (parted_mm - response.rest[OPENING]) * min(1.0, strength)
-    above = (gains[OPENING] * strength * moved[:, OPENING] - least) / EASE_MM
-    lips_mm = least + EASE_MM * np.logaddexp(0.0, above)
-    wanted = response.rest + (speech * strength)[:, None] * gains * moved
-    resting_mm = strength * style.parted_mm
-    if resting_mm:
-        resting_mm -= response.rest[OPENING]
-    wanted[:, OPENING] = response.rest[OPENING] + speech * lips_mm + rest * resting_mm
-    inhaling_mm = gains[OPENING] * strength * (BREATH_MM - response.rest[OPENING]) * breath
-    wanted[:, OPENING] = np.maximum(wanted[:, OPENING], response.rest[OPENING] + inhaling_mm)
-    base = rules * (speech * strength)[:, None].astype(np.float32)
-    for name in ROUNDED:
-        base[:, names.index(name)] *= style.rounding
-    freedom: dict[str, float | FloatArray] = {
-        name: free * (style.upper_lip if name.startswith("mouthUpperUp") else 1.0)
-        for name, free in FREEDOM.items()
-    }
-    freedom["jawOpen"] = FREEDOM["jawOpen"] * (1 - stiff)
-    return corrected_curves(response, np.clip(base, 0, 1), wanted, freedom, TOLERANCE_MM)

@@ -17,7 +17,9 @@ from elocute.motion.motion import Motion, check_motion
 from elocute.numerics.smoothing import smoothstep
 
 MEASURES = ("opening_mm", "width_mm", "protrusion_mm", "jaw_mm")
+TRACKED_MEASURES = (*MEASURES, "upper_lip_mm", "lower_lip_mm")
 CHIN = 8  # iBUG 68: the lowest point of the jaw line
+NOSE, LIP_TOP, LIP_BOTTOM = 33, 51, 57
 
 # Of lips tracked in video, in distances of the outer eye corners: the gap of the inner lips
 TRACKED_CLOSED = 0.02  # below it lips count as closed
@@ -111,6 +113,40 @@ def measure_mouth(motion: Motion) -> Curves:
         rest[-1, 1] - chin[:, 0, 1],
     ]
     return Curves(1000 * np.stack(columns, axis=1), MEASURES, motion.fps)
+
+
+def measure_as_tracked(motion: Motion) -> Curves:
+    """Measure a mouth as trackers of faces in video do, by distances between its points.
+
+    Parameters
+    ----------
+    motion : Motion
+        On a head with lips and landmarks; joint rotations are left out.
+
+    Returns
+    -------
+    Curves
+        `TRACKED_MEASURES` in mm: `opening_mm` and `width_mm` as `measure_mouth` gives them;
+        `protrusion_mm`, how far the middle of the lips stands before the corners of the mouth;
+        `jaw_mm`, `upper_lip_mm` and `lower_lip_mm`, from the base of the nose to the chin and to
+        the outer edges of the lips.
+
+    Raises
+    ------
+    HeadError
+        For a head without lips or landmarks.
+    """
+    head, plain = motion.head, measure_mouth(motion)
+    corners = head.outer_corners
+    kept = np.concatenate([head.landmarks[[NOSE, LIP_TOP, LIP_BOTTOM, CHIN]], corners])
+    basis = head.expression_basis[:, kept].reshape(len(head.expression_names), -1)
+    points = (motion.weights @ basis).reshape(motion.frame_count, len(kept), 3)
+    nose, top, bottom, chin, *sides = np.moveaxis(points + head.template[kept], 1, 0)
+    front = (top[:, 2] + bottom[:, 2] - sides[0][:, 2] - sides[1][:, 2]) / 2
+    below = [np.linalg.norm(point - nose, axis=1) for point in (chin, top, bottom)]
+    found = np.stack([front, *below], axis=1) * 1000
+    values = np.concatenate([plain.values[:, :2], found], axis=1)
+    return Curves(values, TRACKED_MEASURES, motion.fps)
 
 
 def write_measures(measures: Curves, path: str | Path) -> None:

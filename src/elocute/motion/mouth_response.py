@@ -12,11 +12,12 @@ from elocute.array_types import Float32Array, Float64Array, FloatArray
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.motion.curves import Curves, motion_from_curves
-from elocute.motion.mouth_measures import MEASURES, measure_mouth
+from elocute.motion.mouth_measures import TRACKED_MEASURES, measure_as_tracked
 
 OPEN = 0.2  # of jawOpen: lips apart, where the measures are straight lines
 STEP = 0.05
 ROUNDS = 4  # of correcting and limiting
+SEALED_TO, UNSEALED = 0.002, 1e-4  # of a curve, at a whole gate; the gate that is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +29,7 @@ class MouthResponse:
     names : tuple of str
         The curves.
     effects : (curve, measure) float64
-        Millimetres for a whole curve, in the order of `MEASURES`.
+        Millimetres for a whole curve, in the order of `TRACKED_MEASURES`.
     rest : (measure,) float64
         Measures without curves, continued from the open mouth: where lips rest on each other, the
         opening is below 0.
@@ -92,9 +93,25 @@ def mouth_response(head: HeadModel, names: tuple[str, ...]) -> MouthResponse:
     values = np.zeros((1 + len(names), len(names)), np.float32)
     values[:, names.index("jawOpen")] = OPEN
     values[1:] += STEP * np.eye(len(names), dtype=np.float32)
-    found = measure_mouth(motion_from_curves(head, Curves(values, names, 1.0))).values
+    found = measure_as_tracked(motion_from_curves(head, Curves(values, names, 1.0))).values
     effects = (found[1:] - found[0]).astype(np.float64) / STEP
     return MouthResponse(names, effects, found[0] - values[0] @ effects)
+
+
+@dataclass(frozen=True, eq=False)
+class Seal:
+    """Where lips meet whatever the jaw does: `mouthClose` is `jawOpen` and so much more.
+
+    Parameters
+    ----------
+    gate : (frame,)
+        0 to 1, how strictly.
+    beyond_jaw : (frame,)
+        `mouthClose` less `jawOpen`.
+    """
+
+    gate: FloatArray
+    beyond_jaw: FloatArray
 
 
 def corrected_curves(
@@ -103,6 +120,7 @@ def corrected_curves(
     wanted_mm: FloatArray,
     freedom: Mapping[str, float | FloatArray],
     tolerance_mm: Mapping[str, float],
+    seal: Seal | None = None,
 ) -> Float32Array:
     """Change curves as little as possible, so that the mouth measures what is wanted.
 
@@ -115,29 +133,39 @@ def corrected_curves(
     values : (frame, curve) float32
         0 to 1, in the order of `response.names`.
     wanted_mm : (frame, measure)
-        In the order of `MEASURES`.
+        In the order of `TRACKED_MEASURES`.
     freedom : dict of str to float, or to (frame,)
         How far each curve may well be moved; others stay.
     tolerance_mm : dict of str to float
         How exactly each measure is wanted, mm; the others are free.
+    seal : Seal, optional
+        Where `mouthClose` must follow `jawOpen`.
 
     Returns
     -------
     (frame, curve) float32
         0 to 1.
     """
-    used = [MEASURES.index(name) for name in tolerance_mm]
-    effects = response.effects[:, used]
+    used = [TRACKED_MEASURES.index(name) for name in tolerance_mm]
+    effects, offset, wanted = response.effects[:, used], response.rest[used], wanted_mm[:, used]
+    noise = np.diag([tolerance_mm[name] ** 2 for name in tolerance_mm])
+    noise = np.tile(noise, (len(values), 1, 1))
+    if seal is not None:
+        tie = np.zeros(len(effects))
+        tie[response.names.index("mouthClose")], tie[response.names.index("jawOpen")] = 1, -1
+        effects, offset = np.column_stack([effects, tie]), np.append(offset, 0.0)
+        wanted = np.column_stack([wanted, seal.beyond_jaw])
+        noise = np.pad(noise, ((0, 0), (0, 1), (0, 1)))
+        noise[:, -1, -1] = (SEALED_TO / np.maximum(seal.gate, UNSEALED)) ** 2
     start = values.astype(np.float64)
     free = np.zeros_like(start)
     for name, far in freedom.items():
         free[:, response.names.index(name)] = np.square(far)
-    noise = np.diag([tolerance_mm[name] ** 2 for name in tolerance_mm])
     current = start
     for _ in range(ROUNDS):
         # What has met a limit stays there, and the others take its part.
         held = np.where(free > 0, start, current)
-        left = wanted_mm[:, used] - response.measures(held)[:, used]
+        left = wanted - (held @ effects + offset)
         inner = np.einsum("cm,fc,cn->fmn", effects, free, effects) + noise
         shares = np.linalg.solve(inner, left[..., None])[..., 0]
         found = held + free * (shares @ effects.T)

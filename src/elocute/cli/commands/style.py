@@ -37,7 +37,10 @@ def fit_command(
         [], help="Sound of each .npz, in the same order; videos and clips of a corpus have theirs."
     ),
     new: bool = typer.Option(
-        False, "--new", help="Also fit a new style beyond the mix: a vector at the network's input."
+        False,
+        "--new",
+        help="Also fit a new style beyond the mix: a vector at the network's input, or the "
+        "person's own numbers of the rules' styles.",
     ),
     output: Path | None = typer.Option(
         None, "-o", "--output", help="Also write the mix, or the new style (.json), for --style."
