@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw
 from elocute.animation import animate, identity_head
 from elocute.export.options import PictureOptions
 from elocute.export.pictures import open_pictures
-from elocute.export.render import Camera, open_renderer, portrait
+from elocute.export.render import Camera, open_renderer
 from elocute.export.render.lights import RIGS
 from elocute.head import HeadModel
 from elocute.head.identity import identity_names
@@ -157,19 +157,6 @@ def moods_sheet(path: Path) -> None:
 
 
 SIDES = ("Left", "Right")
-# The picture at the top of the README: who, seen from where, doing what.
-LAUGHING = (
-    {f"mouthSmile{side}": 0.6 for side in SIDES}
-    | {f"cheekSquint{side}": 0.5 for side in SIDES}
-    | {f"mouthUpperUp{side}": 0.25 for side in SIDES}
-    | {"jawOpen": 0.1}
-)
-HERO: tuple[tuple[str, str, dict[str, float]], ...] = (
-    ("dana", "front", LAUGHING),
-    ("esi", "three-quarter", VISEME_SHAPES["aa"]),
-    ("hana", "front", VISEME_SHAPES["ou"]),
-    ("chidi", "three-quarter", LAUGHING),
-)
 
 
 def people_sheet(path: Path) -> None:
@@ -182,16 +169,6 @@ def people_sheet(path: Path) -> None:
         for yaw in (0.0, 38.0)
     ]
     sheet(rows, list(people), 4, path)
-
-
-def hero_picture(path: Path) -> None:
-    pictures = []
-    for who, view, weights in HERO:
-        one = worn(who)
-        moved = np.tensordot(one.expression_vector(weights), one.expression_basis, 1)
-        view_of = portrait(identity_head(who), view)
-        pictures += drawn(one, [one.template + moved], (420, 540), view_of)
-    sheet([pictures], [""] * len(pictures), len(pictures), path)
 
 
 # Somebody talking, for pages that play no sound: who in which mood, which part of the example.
@@ -231,7 +208,6 @@ def main() -> None:
     folder = parser.parse_args().out
     head = worn("mean")
     people_sheet(folder / "people.jpg")
-    hero_picture(folder / "hero.jpg")
     shapes_sheet(head, folder / "head_shapes.jpg")
     visemes_sheet(head, folder / "visemes.jpg")
     identities_sheet(folder / "head_identities.jpg")
