@@ -12,8 +12,8 @@ covariance (maximum likelihood where the spread of the noise is unknown). A misr
 moves jaw and lips by millimetres and drowns a sum of squares; a lopsided smile is small, but lies
 where recognition errs little.
 
-A new style beyond the mix is a vector at the network's input, or a person's own numbers of the
-rules (how far the mouth moves, and what it wears), found in the same way.
+A new style beyond the mix is a vector at the network's input, found in the same way; of the rules'
+styles, the numbers with which the mouth moves as far as the person's.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ import numpy as np
 from elocute.array_types import Float64Array
 from elocute.articulation.style import Style
 from elocute.errors import ModelError
+from elocute.head.builtin import load_builtin_head
 from elocute.models.protocol import FrameSpan, SpeechModel
 from elocute.models.style_errors import StyleErrors
 from elocute.models.style_mixes import MixedStyle
@@ -38,6 +39,8 @@ from elocute.models.style_targets import (
     finished_weights,
     target_of,
 )
+from elocute.motion.motion import Motion
+from elocute.motion.mouth_measures import TRACKED_MEASURES, measure_as_tracked
 from elocute.settings import setting_of
 
 SECONDS_LEAST = 0.5
@@ -48,9 +51,8 @@ GAIN_LEAST = 1e-5  # of the error: smaller gains are noise
 EXTRA = 0.1  # of what the model is known to err by: each further style must explain more than that
 # The same for a vector as far from the middle of all styles as each of them is.
 RIDGE = 0.05
-PERSONAL = ("amplitude", "rounding", "spread", "upper_lip", "asymmetry", "smile", "parted_mm")
-"""Numbers of the rules' styles by which people's movements differ in size and lean."""
-LIMITS = {name: setting_of(Style, name) for name in PERSONAL}
+PERSONAL_ROUNDS = 3
+SMILE_MM = 12.7  # that a whole smile widens the mouth
 
 
 @dataclass(frozen=True)
@@ -250,22 +252,42 @@ class _Problem:
     def new_style(self, mix: Float64Array) -> tuple[dict[str, float], Any]:
         """Numbers of a style beyond the mix, beginning with it (style,), that explain most.
 
-        A network's input for each of its styles, or what a person does by the rules' numbers.
+        A network's input for each of its styles; or how far a person's mouth moves, by numbers of
+        the rules.
         """
         start = self._style(mix)
         if isinstance(start, Style):
-            lows, highs = np.array([(LIMITS[name].low, LIMITS[name].high) for name in PERSONAL]).T
-            begin = (np.array([getattr(start, name) for name in PERSONAL]) - lows) / (highs - lows)
-
-            def styled(shares: Float64Array) -> Style:
-                numbers = lows + np.clip(shares, 0, 1) * (highs - lows)
-                return replace(start, **dict(zip(PERSONAL, numbers.tolist(), strict=True)))
-
-            shares = search(lambda x: self._loss_in(styled(x)), begin, _axes)
-            style = styled(shares)
+            style = self._personal(Style())
             return asdict(style), style
         vector = self._vector(mix)
         return dict(zip(self.model.styles, vector.tolist(), strict=True)), _at_input(vector)
+
+    def _personal(self, style: Style) -> Style:
+        """The numbers with which the model's mouth moves as far as the observed one.
+
+        Least squares would make it small: a model that errs is nearest where it hardly moves.
+        """
+        span = np.linalg.inv(self.shapes)
+        seen = _mouths([target.places @ span for target in self.targets], self.model.fps)
+        for _ in range(PERSONAL_ROUNDS):
+            weights = [self._weights(target, style) for target in self.targets]
+            mine = _mouths(weights, self.model.fps)
+            further = dict(zip(TRACKED_MEASURES, seen.std(axis=0) / mine.std(axis=0), strict=True))
+            opened = math.sqrt(further["opening_mm"] * further["jaw_mm"])
+            factors = {
+                "amplitude": opened,
+                "spread": further["width_mm"],
+                "rounding": further["protrusion_mm"],
+                "upper_lip": further["upper_lip_mm"] / opened,
+            }
+            numbers = {name: getattr(style, name) * by for name, by in factors.items()}
+            wider = seen.mean(axis=0) - mine.mean(axis=0)
+            numbers["smile"] = style.smile + wider[TRACKED_MEASURES.index("width_mm")] / SMILE_MM
+            for name, number in numbers.items():
+                known = setting_of(Style, name)
+                numbers[name] = float(np.clip(number, known.low, known.high))
+            style = replace(style, **numbers)
+        return style
 
     def _vector(self, mix: Float64Array) -> Float64Array:
         """(style,) the network's input, beginning with a mix (style,), that explains most."""
@@ -345,10 +367,15 @@ def _steps(vector: Float64Array, step: float) -> list[Float64Array]:
     return [vector + sign * way for way in (*axes, outward) for sign in (1, -1)]
 
 
-def _axes(shares: Float64Array, step: float) -> list[Float64Array]:
-    """A step along each axis, within 0 and 1."""
-    ways = np.eye(len(shares)) * step / 2
-    return [np.clip(shares + sign * way, 0, 1) for way in ways for sign in (1, -1)]
+def _mouths(weights: Iterable[Float64Array], fps: float) -> Float64Array:
+    """(frame, measure) `TRACKED_MEASURES` of the built-in head, mm; each take less its mean, and
+    the mean of all added."""
+    head = load_builtin_head()
+    takes = [
+        measure_as_tracked(Motion(head, each.astype(np.float32), fps)).values for each in weights
+    ]
+    apart = np.concatenate([take - take.mean(axis=0) for take in takes])
+    return (apart + np.concatenate(takes).mean(axis=0)).astype(np.float64)
 
 
 def _problem(model: SpeechModel, takes: Sequence[ObservedMotion]) -> _Problem:

@@ -39,8 +39,8 @@ def fit_command(
     new: bool = typer.Option(
         False,
         "--new",
-        help="Also fit a new style beyond the mix: a vector at the network's input, or the "
-        "person's own numbers of the rules' styles.",
+        help="Also fit a new style beyond the mix: a vector at the network's input, or "
+        "how far the person moves, in numbers of the rules.",
     ),
     output: Path | None = typer.Option(
         None, "-o", "--output", help="Also write the mix, or the new style (.json), for --style."
