@@ -1,4 +1,4 @@
-"""Heads by other hands, as characters: their own proportions, their own shapes, none of our mesh."""
+"""Heads by other hands, as characters: proportions and shapes of their own, on other meshes."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from elocute.files.gltf_arrays import GltfArrays
 from elocute.files.mesh_part import MeshPart
 from elocute.files.mesh_parts import document_parts
 from elocute.head.character import Character, Control
-from elocute.motion.control_fit import MeasuredMouth, is_of_mouth
+from elocute.motion.control_fit import MeasuredMouth
 from elocute.motion.mouth_seam import MouthSeam, find_seam
 
 TRIED = 3

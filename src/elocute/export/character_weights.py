@@ -40,7 +40,7 @@ class CharacterMotion:
     controls : dict of str to (frame,) float32
         Weights of the controls, by name.
     residual_mm : dict of str to float
-        How far a fitted mouth is from the motion, in the built-in head's size; {} where nothing was.
+        How far a fitted mouth is from the motion, in the built-in head's size; {} without one.
     """
 
     weights: dict[int, Float32Array]
