@@ -7,18 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.array_types import Float64Array
+from elocute.array_types import Float64Array, IntArray
 from elocute.errors import ElocuteError, HeadError
-from elocute.files.draco_gltf import draco_arrays, has_draco
 from elocute.files.gltf_arrays import GltfArrays
-from elocute.files.mesh_part import MeshPart
 from elocute.files.mesh_parts import document_parts
 from elocute.head.character import Character, Control
 from elocute.motion.control_fit import MeasuredMouth
-from elocute.motion.mouth_seam import MouthSeam, find_seam
+from elocute.motion.mouth_seam import find_seam
 
 TRIED = 3
-"""Shapes that open the jaw, on which a seam is looked for."""
+"""Shapes that open the jaw, on which a seam is looked for, the widest first."""
 
 
 def measured_mouth(character: Character, controls: Sequence[Control]) -> MeasuredMouth | None:
@@ -34,24 +32,23 @@ def measured_mouth(character: Character, controls: Sequence[Control]) -> Measure
     Returns
     -------
     MeasuredMouth or None
-        None where its mesh cannot be read, or has no lips that part.
+        None where its mesh cannot be read, or has no lips that its shapes part.
     """
-    openers = sorted(controls, key=lambda each: -each.looks.get("jawOpen", 0.0))[:TRIED]
+    openers = [each for each in controls if each.binds and each.looks.get("jawOpen", 0.0) > 0]
+    openers.sort(key=lambda each: -each.looks["jawOpen"])
     try:
         mesh = _Mesh(character)
-        for opener in openers:
-            if opener.binds and opener.looks.get("jawOpen", 0.0) > 0:
-                seam = find_seam(mesh.points, mesh.triangles, -mesh.moved(opener)[:, 1])
-                if seam is not None:
-                    return _measured(mesh, seam, controls)
-    except (ElocuteError, ValueError, MemoryError):  # what is moved is known without it
+        for opener in openers[:TRIED]:
+            seam = find_seam(mesh.points, mesh.triangles, -mesh.moved(opener)[:, 1])
+            if seam is not None:
+                used, corners = np.unique(seam.corners, return_inverse=True)
+                at = corners.reshape(seam.corners.shape)
+                rows = [seam.measures(mesh.moved(each, used)[at]) for each in controls]
+                return MeasuredMouth(seam, np.stack(rows))
+    # It speaks without: nothing else needs its vertices, which may be damaged or packed.
+    except (ElocuteError, ValueError, TypeError, LookupError, MemoryError):
         return None
     return None
-
-
-def _measured(mesh: _Mesh, seam: MouthSeam, controls: Sequence[Control]) -> MeasuredMouth:
-    rows = [seam.measures(mesh.moved(control)[seam.corners]) for control in controls]
-    return MeasuredMouth(seam, np.stack(rows))
 
 
 class _Mesh:
@@ -61,28 +58,29 @@ class _Mesh:
         document = character.document
         name = Path(character.name)
         self._parts = document_parts(document, name, HeadError, nodes=character.nodes)
-        packed = has_draco(document)
-        self._arrays = draco_arrays(document, name, HeadError) if packed else GltfArrays(document)
-        self._meshes = document.records("meshes")
+        self._arrays, self._meshes = GltfArrays(document), document.records("meshes")
         angle = np.radians(character.facing_deg)
         self._axes = np.array(
             [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
         )
-        starts = np.cumsum([0, *(len(part.vertices) for part in self._parts)])
+        self._starts = np.cumsum([0, *(len(part.vertices) for part in self._parts)])
         self.points = np.concatenate([part.vertices for part in self._parts]) @ self._axes
-        self.triangles = np.concatenate(
-            [part.triangles + at for part, at in zip(self._parts, starts, strict=False)]
-        )
+        triangles = [p.triangles + at for p, at in zip(self._parts, self._starts, strict=False)]
+        self.triangles = np.concatenate(triangles)
 
-    def moved(self, control: Control) -> Float64Array:
-        """(vertex, 3) of a control in full."""
-        return np.concatenate([self._part(part, control) for part in self._parts]) @ self._axes
-
-    def _part(self, part: MeshPart, control: Control) -> Float64Array:
-        origin, total = part.origin, np.zeros((len(part.vertices), 3))
-        assert origin is not None
-        targets = self._meshes[origin.mesh]["primitives"][origin.primitive].get("targets", [])
-        for mesh, target, share in control.binds:
-            if mesh == origin.mesh and "POSITION" in targets[target]:
-                total += share * self._arrays.values(targets[target]["POSITION"])[origin.rows]
-        return np.einsum("vab,vb->va", origin.linear, total)
+    def moved(self, control: Control, used: IntArray | None = None) -> Float64Array:
+        """(vertex, 3) of a control in full; used: rising, of all vertices."""
+        found = []
+        for part, start in zip(self._parts, self._starts, strict=False):
+            origin, rows = part.origin, np.arange(len(part.vertices))
+            assert origin is not None
+            if used is not None:
+                rows = used[(used >= start) & (used < start + len(rows))] - start
+            total = np.zeros((len(rows), 3))
+            targets = self._meshes[origin.mesh]["primitives"][origin.primitive].get("targets", [])
+            for mesh, target, share in control.binds:
+                if mesh == origin.mesh and "POSITION" in targets[target] and len(rows):
+                    values = self._arrays.values(targets[target]["POSITION"])
+                    total += share * values[origin.rows[rows], :3]
+            found.append(np.einsum("vab,vb->va", origin.linear[rows], total))
+        return np.concatenate(found) @ self._axes

@@ -201,7 +201,7 @@ def fit_controls(
     else:
         freedom = [max((FREEDOM.get(name, 0.0) for name in look), default=0.0) for look in looks]
         costs = (STIFF_M / np.maximum(freedom, 1e-3)) ** 2
-        plain, sides = np.diag(costs), given * costs
+        plain, sides, high = np.diag(costs), given * costs, np.maximum(given, 1)
         fixed = np.equal(freedom, 0)
         low[:, fixed] = high[:, fixed] = given[:, fixed]
     seals = _seals(motion, curves, gaps)
@@ -220,12 +220,16 @@ def fit_controls(
     close = effects @ effects.T
     mouths = np.array([is_whole_mouth(look) for look in looks], np.float64)
     mouths[np.flatnonzero(visemes)] = 1
-    weights = np.stack(
-        [
-            solve_box_sum(plain + share * close, side, least, limit, mouths, whole)
-            for share, side, least, limit, whole in zip(shares, sides, low, high, most, strict=True)
-        ]
-    )
+    weights = low.copy()
+    free, held = (np.flatnonzero(each) for each in ((low < high).any(axis=0), (low == high).all(0)))
+    sides = sides[:, free] - low[:, held] @ plain[np.ix_(held, free)]
+    sides -= shares[:, None] * (low[:, held] @ close[np.ix_(held, free)])
+    plain, close = plain[np.ix_(free, free)], close[np.ix_(free, free)]
+    last = None
+    for frame, (share, side, whole) in enumerate(zip(shares, sides, most, strict=True)):
+        bounds = low[frame, free], high[frame, free]
+        last = solve_box_sum(plain + share * close, side, *bounds, mouths[free], whole, last)
+        weights[frame, free] = last
     off = weights @ mixes - taken
     places = max(1, parts.shape[1] // 3)
     squares = np.einsum("fc,cd,fd->f", off, parts @ parts.T, off) / places
