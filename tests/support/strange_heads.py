@@ -126,6 +126,6 @@ def drawn_face(columns: int = 61) -> tuple[Floats, NDArray[np.int64], dict[str, 
         "U": shape(0.002, 0.005, -0.5, 0.001),
         "E": shape(0.003, 0.010, 0.2, 0.002),
         "O": shape(0.004, 0.016, -0.3, 0.003),
-        "Close": np.zeros_like(points),
+        "Close": shape(0.0, 0.0, -0.02, 0.0),
     }
     return points, triangles, shapes

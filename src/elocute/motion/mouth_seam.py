@@ -216,7 +216,7 @@ class _Front:
         rise = other[:, 1] - one[:, 1]
         share = (ys[:, None] - one[:, 1]) / np.where(rise == 0, 1, rise)
         depth = one[:, 2] + share * (other[:, 2] - one[:, 2])
-        depth[(share < 0) | (share > 1)] = -np.inf
+        depth[(share < 0) | (share > 1) | (rise == 0)] = -np.inf
         best = depth.argmax(axis=1)
         share = np.clip(share[np.arange(len(ys)), best], 0, 1)
         ends = [((1 - w) * (1 - t), (1 - w) * t) for w, t in ((share, way[0][best]),)]
