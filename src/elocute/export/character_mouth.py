@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,42 +11,52 @@ from elocute.errors import ElocuteError, HeadError
 from elocute.files.gltf_arrays import GltfArrays
 from elocute.files.mesh_parts import document_parts
 from elocute.head.character import Character, Control
-from elocute.motion.control_fit import MeasuredMouth
+from elocute.motion.control_fit import MeasuredMouth, is_of_mouth
 from elocute.motion.mouth_seam import find_seam
 
 TRIED = 3
 """Shapes that open the jaw, on which a seam is looked for, the widest first."""
 
 
-def measured_mouth(character: Character, controls: Sequence[Control]) -> MeasuredMouth | None:
+def mouth_controls(character: Character) -> list[Control]:
+    """What moves a character's mouth: all that is fitted, or else what takes curves of a mouth."""
+    fitted = [each for each in character.controls if each.fitted]
+    return fitted or [each for each in character.controls if any(map(is_of_mouth, each.looks))]
+
+
+def measured_mouth(character: Character) -> MeasuredMouth | None:
     """Measure a character's mouth.
 
     Parameters
     ----------
     character : Character
         The character.
-    controls : sequence of Control
-        Of its mouth.
 
     Returns
     -------
     MeasuredMouth or None
-        None where its mesh cannot be read, or has no lips that its shapes part.
+        What `mouth_controls` do; None where its mesh cannot be read, or has no lips that these
+        part.
     """
+    controls = mouth_controls(character)
     openers = [each for each in controls if each.binds and each.looks.get("jawOpen", 0.0) > 0]
     openers.sort(key=lambda each: -each.looks["jawOpen"])
     try:
-        mesh = _Mesh(character)
-        for opener in openers[:TRIED]:
-            seam = find_seam(mesh.points, mesh.triangles, -mesh.moved(opener)[:, 1])
-            if seam is not None:
-                used, corners = np.unique(seam.corners, return_inverse=True)
-                at = corners.reshape(seam.corners.shape)
-                rows = [seam.measures(mesh.moved(each, used)[at]) for each in controls]
-                return MeasuredMouth(seam, np.stack(rows))
+        with np.errstate(all="ignore"):
+            return _measured(_Mesh(character), openers[:TRIED], controls)
     # It speaks without: nothing else needs its vertices, which may be damaged or packed.
-    except (ElocuteError, ValueError, TypeError, LookupError, MemoryError):
+    except (ElocuteError, ArithmeticError, ValueError, TypeError, LookupError, MemoryError):
         return None
+
+
+def _measured(mesh: _Mesh, openers: list[Control], controls: list[Control]) -> MeasuredMouth | None:
+    for opener in openers:
+        seam = find_seam(mesh.points, mesh.triangles, -mesh.moved(opener)[:, 1])
+        if seam is not None:
+            used, corners = np.unique(seam.corners, return_inverse=True)
+            at = corners.reshape(seam.corners.shape)
+            rows = np.stack([seam.measures(mesh.moved(each, used)[at]) for each in controls])
+            return MeasuredMouth(seam, rows) if np.isfinite(rows).all() else None
     return None
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array
-from elocute.export.character_mouth import measured_mouth
+from elocute.export.character_mouth import measured_mouth, mouth_controls
 from elocute.files.gltf_nodes import NodeTree, rest_turn, without_matrix
 from elocute.head.character import Character, Control, Turn
 from elocute.motion.control_fit import fit_controls, is_of_mouth
@@ -80,9 +80,8 @@ def _control_weights(
     controls = character.controls
     found = {each.name: _shared(motion, each.shares) for each in controls if not each.fitted}
     residual: dict[str, float] = {}
-    fitted = [each for each in controls if each.fitted]
-    mouth = fitted or [each for each in controls if any(map(is_of_mouth, each.looks))]
-    own = measured_mouth(character, mouth)
+    mouth, own = mouth_controls(character), measured_mouth(character)
+    fitted = any(each.fitted for each in mouth)
     if fitted or own is not None:
         given = None if fitted else np.stack([found[each.name] for each in mouth], axis=1)
         visemes = [each.viseme and each.fitted for each in mouth]

@@ -15,6 +15,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from elocute.array_types import Float64Array, IntArray
 
 COLUMNS, ROWS, FINE = 81, 400, 240
+CROSSED_MAX = 20_000
+"""Triangles on a line; no face has so many."""
 NEAR = 0.12
 """How far from the middle of the mouth its seam may lie above or below, of the width that moves."""
 RECESS, DEEP = 0.05, 0.02
@@ -200,7 +202,7 @@ class _Front:
         side = self.points[self.triangles, 0] - x
         crossed = (side.min(axis=1) < 0) & (side.max(axis=1) >= 0)
         triangles, side = self.triangles[crossed], side[crossed]
-        if not len(triangles):
+        if not 0 < len(triangles) <= CROSSED_MAX:
             return None
         left = side >= 0
         row = np.arange(len(triangles))

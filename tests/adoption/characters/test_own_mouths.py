@@ -162,9 +162,7 @@ def test_a_mouth_is_found_wherever_the_face_looks_and_in_any_unit(opened):
     )
     plain, other = opened(small_mouth()), opened(turned)
     assert other.facing_deg == 180
-    mouths = [
-        measured_mouth(each, [c for c in each.controls if c.fitted]) for each in (plain, other)
-    ]
+    mouths = [measured_mouth(each) for each in (plain, other)]
     assert mouths[0] is not None and mouths[1] is not None
     assert mouths[1].seam.width == pytest.approx(100 * mouths[0].seam.width, rel=1e-3)
     assert mouths[0].seam.width == pytest.approx(0.03, rel=0.2)
@@ -202,8 +200,8 @@ def test_vertices_that_cannot_be_read_leave_the_names(take, opened):
     good = opened(character(points, triangles, arkit_shapes(1.6)))
     text = good.document.text.replace('"indices": 1', '"indices": 0')
     broken = replace(good, document=gltf_document(_with_text(good, text), "x", error=HeadError))
-    assert measured_mouth(good, good.controls) is not None
-    assert measured_mouth(broken, broken.controls) is None
+    assert measured_mouth(good) is not None
+    assert measured_mouth(broken) is None
     kept = weights_by_shape(take, broken)["jawOpen"]
     assert np.array_equal(kept, take.weights[:, take.names.index("jawOpen")])
 
