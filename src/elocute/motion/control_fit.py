@@ -40,7 +40,7 @@ TOUCH_M = 1e-3
 """Lips this far apart count about a third of the way to those that touch."""
 CLOSED_MM = 0.05
 """Lips that are this near touch."""
-SEALED_M, APART_M = 1e-3, 3e-3
+SEALED_MM, APART_MM = 0.3, 2.0
 """Lips pressed on each other are sealed up to the one, and not at all from the other on."""
 PRESS = ("mouthPressLeft", "mouthPressRight")
 ROLLED = 0.15
@@ -204,7 +204,7 @@ def fit_controls(
         plain, sides, high = np.diag(costs), given * costs, np.maximum(given, 1)
         fixed = np.equal(freedom, 0)
         low[:, fixed] = high[:, fixed] = given[:, fixed]
-    seals = _seals(motion, curves, gaps)
+    seals = _seals(motion)
     sealing = _closing(mixes, names)
     low[:, sealing] = seals[:, None]
     most = np.ones(len(curves)) if len(sealing) else 1 - seals
@@ -212,7 +212,7 @@ def fit_controls(
     if own is None:
         effects, wanted = mixes @ gaps, curves @ gaps
     else:
-        effects, wanted, more, rest = _on_own_mesh(own, looks, curves, names, seals, sealing)
+        effects, wanted, more, rest = _on_own_mesh(own, looks, curves, names, seals, sealing, given)
         count = np.sqrt(len(head.inner_lip_upper) / len(SHARES))
         effects, wanted = count * effects, count * wanted
         plain, sides = plain + more @ more.T, sides + rest @ more.T
@@ -256,22 +256,26 @@ def _on_own_mesh(
     names: tuple[str, ...],
     seals: Float64Array,
     sealing: NDArray[np.intp],
+    given: Float32Array | None,
 ) -> tuple[Float64Array, Float64Array, Float64Array, Float64Array]:
     """What shapes do to the gaps of their own lips and what the motion wants there, and so the
     width and the jaw as they count: in the built-in head's size, m.
 
     Lips that rest apart stay so, but where they seal. What presses lips that touch moves them into
-    each other, by as much as whoever made it liked, and that is no gap.
+    each other: given weights may do that as far as the motion's, and of shapes that are fitted it
+    is no part.
     """
     ours, count = builtin_mouth(names), len(SHARES)
     scale = own.seam.width / ours.seam.width
-    does, theirs = ours.effects.copy(), own.effects / scale
-    does[[name in PRESS for name in names], :count] = 0
-    theirs[[bool(look) and set(PRESS).issuperset(look) for look in looks], :count] = 0
+    theirs, wanted = own.effects / scale, curves @ ours.effects
     rest = np.maximum(own.seam.gaps, 0) / scale
-    theirs[sealing, :count] = np.maximum(theirs[sealing, :count], -rest)
-    wanted = curves @ does
     gaps = np.maximum(wanted[:, :count], 0) * (1 - seals[:, None]) - rest * seals[:, None]
+    if given is None:
+        theirs[[bool(look) and set(PRESS).issuperset(look) for look in looks], :count] = 0
+        theirs[sealing, :count] = np.maximum(theirs[sealing, :count], -rest)
+    else:
+        least = np.minimum(wanted[:, :count], gaps)
+        gaps = np.clip(given @ theirs[:, :count], least, gaps)
     much = np.array([WIDTH, JAW])
     return theirs[:, :count], gaps, much * theirs[:, count:], much * wanted[:, count:]
 
@@ -297,13 +301,13 @@ def _apart(curves: Float64Array, gaps: Float64Array) -> Float64Array:
     return np.linalg.norm((curves @ gaps).reshape(len(curves), -1, 3), axis=2).mean(axis=1)
 
 
-def _seals(motion: Motion, curves: Float64Array, gaps: Float64Array) -> Float64Array:
+def _seals(motion: Motion) -> Float64Array:
     """(frame,) how far lips that touch are sealed, as for a p: pressed, or closed over the jaw."""
     pressed = np.max([_curve(motion, name) for name in PRESS], axis=0)
     pressed = pressed / VISEME_SHAPES["PP"][PRESS[0]]
     jaw, over = _curve(motion, "jawOpen"), _curve(motion, "mouthClose")
     closed = np.minimum(over / np.maximum(jaw, 1e-6), 1) * np.minimum(over / ROLLED, 1)
-    near = (APART_M - _apart(curves, gaps)) / (APART_M - SEALED_M)
+    near = (APART_MM - measure_mouth(motion)["opening_mm"]) / (APART_MM - SEALED_MM)
     return np.clip(np.maximum(pressed, closed), 0, 1) * np.clip(near, 0, 1)
 
 

@@ -13,6 +13,8 @@ from elocute.export.character_mouth import measured_mouth
 from elocute.export.character_weights import character_motion
 from elocute.files.gltf_document import gltf_document
 from elocute.head.builtin import load_builtin_head
+from elocute.head.viseme_shapes import VISEME_SHAPES
+from elocute.motion.control_fit import fit_controls
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.mouth_seam import SHARES, find_seam
 from tests.support.strange_heads import (
@@ -210,3 +212,17 @@ def _with_text(face, text):
     from tests.support.gltf_files import glb
 
     return glb(text, bytes(face.document.binary))
+
+
+def test_lips_that_part_over_closed_teeth_are_no_seal(take):
+    """For an s the lower lip is down while `mouthClose` holds the jaw's share back."""
+    sealed, parted = np.zeros((2, len(take.names)), np.float32)
+    for name in ("jawOpen", "mouthClose"):
+        sealed[take.names.index(name)] = parted[take.names.index(name)] = 0.2
+    for side in ("Left", "Right"):
+        parted[take.names.index(f"mouthLowerDown{side}")] = 0.3
+    motion = replace(take, weights=np.stack([sealed, parted]))
+    assert measure_mouth(motion)["opening_mm"] == pytest.approx([0, 3], abs=0.7)
+    fit = fit_controls(motion, [VISEME_SHAPES["PP"], VISEME_SHAPES["SS"]])
+    assert fit.weights[0] == pytest.approx([1, 0], abs=1e-3) and fit.weights[1, 0] < 0.05
+    assert fit.weights[1, 1] > 0.5
