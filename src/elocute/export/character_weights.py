@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array
+from elocute.export.character_mouth import measured_mouth, mouth_controls
 from elocute.files.gltf_nodes import NodeTree, rest_turn, without_matrix
 from elocute.head.character import Character, Control, Turn
 from elocute.motion.control_fit import fit_controls, is_of_mouth
@@ -39,7 +40,7 @@ class CharacterMotion:
     controls : dict of str to (frame,) float32
         Weights of the controls, by name.
     residual_mm : dict of str to float
-        How far a fitted mouth is from the motion, on the built-in head; {} where nothing was.
+        How far a fitted mouth is from the motion, in the built-in head's size; {} without one.
     """
 
     weights: dict[int, Float32Array]
@@ -62,7 +63,7 @@ def character_motion(motion: Motion, character: Character) -> CharacterMotion:
     -------
     CharacterMotion
     """
-    controls, residual = _control_weights(motion, character.controls)
+    controls, residual = _control_weights(motion, character)
     tree = NodeTree(character.document)
     turns: dict[int, Float32Array] = {}
     for turn in character.turns:
@@ -73,20 +74,22 @@ def character_motion(motion: Motion, character: Character) -> CharacterMotion:
 
 
 def _control_weights(
-    motion: Motion, controls: tuple[Control, ...]
+    motion: Motion, character: Character
 ) -> tuple[dict[str, Float32Array], dict[str, float]]:
     """(frame,) weights by name, and what a fit leaves."""
-    found: dict[str, Float32Array] = {}
+    controls = character.controls
+    found = {each.name: _shared(motion, each.shares) for each in controls if not each.fitted}
     residual: dict[str, float] = {}
-    fitted = [control for control in controls if control.fitted]
-    if fitted:
-        fit = fit_controls(motion, [control.looks for control in fitted])
-        found |= {c.name: fit.weights[:, i] for i, c in enumerate(fitted)}
+    mouth, own = mouth_controls(character), measured_mouth(character)
+    fitted = any(each.fitted for each in mouth)
+    if fitted or own is not None:
+        given = None if fitted else np.stack([found[each.name] for each in mouth], axis=1)
+        visemes = [each.viseme and each.fitted for each in mouth]
+        fit = fit_controls(motion, [each.looks for each in mouth], own, given, visemes)
+        found |= {each.name: fit.weights[:, place] for place, each in enumerate(mouth)}
         told = (("skin", fit.skin_mm), ("opening", fit.opening_mm), ("closed", fit.closed_mm))
         residual = {name: round(value, 3) for name, value in told}
     for control in controls:
-        if not control.fitted:
-            found[control.name] = _shared(motion, control.shares)
         if control.switch:
             found[control.name] = (found[control.name] >= SWITCHED).astype(np.float32)
     return _overridden(found, controls), residual

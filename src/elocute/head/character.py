@@ -46,6 +46,8 @@ class Control:
     overrides : dict of str to str
         What it takes away of others, as expressions of a VRM 1.0 do: "block" or "blend" by
         "blink", "lookAt" and "mouth".
+    viseme : bool
+        Whether it is a viseme, which shares a weight of one with the others.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Control:
     shares: dict[str, float] = field(default_factory=dict)
     switch: bool = False
     overrides: dict[str, str] = field(default_factory=dict)
+    viseme: bool = False
 
     @property
     def fitted(self) -> bool:
@@ -220,6 +223,7 @@ def _control(record: Any) -> Control:
         _shares(given.get("shares")),
         given.get("switch") is True,
         {name: _text(way) for name, way in _overrides(given).items()},
+        given.get("viseme") is True,
     )
 
 

@@ -4,21 +4,29 @@ Each shape is told as weights of the head's own: a viseme is the look that the h
 weights are non-negative, few at a time, and as smooth as the motion: each frame is a strictly
 convex problem, so that its solution changes no faster than what it is solved for, and a take that
 is cut has the same weights. Whole mouths (visemes, vowels) share a weight of one, and where the
-motion's lips seal, the one that seals them is taken in full.
+motion's lips seal, the one that seals them is taken in full, or none where there is no such.
+
+Where the shapes' own mouth was measured, its lips' gap, width and jaw are to be the motion's in its
+own size, whatever each shape does on the built-in head; weights that are given then change by as
+little as that takes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array, Float64Array
+from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
+from elocute.motion.mouth_seam import SHARES, MouthSeam, find_seam
 from elocute.numerics.bounded_least_squares import solve_box_sum
 
 MOUTH = ("jaw", "mouth", "tongue")
@@ -32,7 +40,7 @@ TOUCH_M = 1e-3
 """Lips this far apart count about a third of the way to those that touch."""
 CLOSED_MM = 0.05
 """Lips that are this near touch."""
-SEALED_M, APART_M = 1e-3, 2e-3
+SEALED_MM, APART_MM = 0.3, 2.0
 """Lips pressed on each other are sealed up to the one, and not at all from the other on."""
 PRESS = ("mouthPressLeft", "mouthPressRight")
 ROLLED = 0.15
@@ -40,6 +48,19 @@ ROLLED = 0.15
 JAW_SEEN = 0.3  # share of a jaw behind shut lips that visemes are fitted to
 RIDGE = 1e-3  # of the mean squared length of a shape
 SPARSE = 0.01  # of the same: what a weight costs, whatever the fit
+LIKENESS = 0.05
+"""What the look on the built-in head counts beside a measured mouth."""
+WIDTH, JAW = 25.0, 20.0
+"""How much more than a vertex the width and the jaw of a measured mouth count."""
+STIFF_M = 0.02
+"""What a weight that is given costs where it changes by its freedom."""
+FREEDOM = {
+    **dict.fromkeys(("jawOpen", "mouthClose"), 1.0),
+    **dict.fromkeys(("mouthLowerDownLeft", "mouthLowerDownRight"), 0.3),
+    **dict.fromkeys(("mouthUpperUpLeft", "mouthUpperUpRight"), 0.2),
+    **dict.fromkeys(("mouthStretchLeft", "mouthStretchRight", "mouthPucker"), 0.2),
+}
+"""How freely weights that are given change for a measured mouth; others stay."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +83,45 @@ class ControlFit:
     skin_mm: float
     opening_mm: float
     closed_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredMouth:
+    """What shapes do to a mouth that was measured on their own mesh.
+
+    Attributes
+    ----------
+    seam : MouthSeam
+        Where it is measured.
+    effects : (control, measure) float64
+        Of each shape in full, in the mesh's unit.
+    """
+
+    seam: MouthSeam
+    effects: Float64Array
+
+
+@cache
+def builtin_mouth(names: tuple[str, ...]) -> MeasuredMouth:
+    """The built-in head's mouth by the same measure.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Its curves, as the shapes.
+
+    Returns
+    -------
+    MeasuredMouth
+        In metres.
+    """
+    head = load_builtin_head()
+    basis = head.expression_basis.astype(np.float64)
+    drop = -basis[head.expression_index("jawOpen"), :, 1]
+    seam = find_seam(head.template.astype(np.float64), head.triangles.astype(np.intp), drop)
+    assert seam is not None
+    rows = [seam.measures(basis[head.expression_index(name)][seam.corners]) for name in names]
+    return MeasuredMouth(seam, np.stack(rows))
 
 
 def is_of_mouth(curve: str) -> bool:
@@ -94,7 +154,13 @@ def is_whole_mouth(look: dict[str, float]) -> bool:
     return 0 < look.get("jawOpen", 0.0) < 1
 
 
-def fit_controls(motion: Motion, looks: Sequence[dict[str, float]]) -> ControlFit:
+def fit_controls(
+    motion: Motion,
+    looks: Sequence[dict[str, float]],
+    own: MeasuredMouth | None = None,
+    given: Float32Array | None = None,
+    visemes: Sequence[bool] = (),
+) -> ControlFit:
     """Fit weights of mouth shapes to a motion.
 
     Parameters
@@ -103,56 +169,124 @@ def fit_controls(motion: Motion, looks: Sequence[dict[str, float]]) -> ControlFi
         Of a head with the built-in head's shapes.
     looks : sequence of dict of str to float
         For each shape the curves of the head that it is, at weight one.
+    own : MeasuredMouth, optional
+        What the shapes do on their own mesh, where that is known.
+    given : (frame, control) float32, optional
+        Weights that a measured mouth corrects; without them they are found.
+    visemes : sequence of bool, optional
+        Which shapes are visemes though they do not look like whole mouths.
 
     Returns
     -------
     ControlFit
     """
     head = motion.head
-    names = [name for name in head.expression_names if is_of_mouth(name)]
+    names = tuple(name for name in head.expression_names if is_of_mouth(name))
     columns = [head.expression_index(name) for name in names]
     taken = motion.weights[:, columns].astype(np.float64)
-    curves = _with_less_hidden_jaw(taken, names)
+    curves = taken if given is not None else _with_less_hidden_jaw(taken, names)
     mixes = np.array([[look.get(name, 0.0) for name in names] for look in looks], np.float64)
     parts, gaps, rows = _rows(head, columns)
-    # (curve, curve): all that the fit needs of the mesh
-    skin, gap = rows @ rows.T, gaps @ gaps.T
-    plain, close = (mixes @ each @ mixes.T for each in (skin, gap))
-    mean = float(np.trace(plain)) / max(1, len(plain))
-    plain[np.diag_indices_from(plain)] += RIDGE * mean
+    low, high = np.zeros((len(curves), len(looks))), np.ones((len(curves), len(looks)))
+    if given is None:
+        # (curve, curve): all that the fit needs of the mesh
+        skin = rows @ rows.T * (1.0 if own is None else LIKENESS)
+        plain = mixes @ skin @ mixes.T
+        mean = float(np.trace(plain)) / max(1, len(plain))
+        plain[np.diag_indices_from(plain)] += RIDGE * mean
+        sides = curves @ skin @ mixes.T - SPARSE * mean
+        for place, look in enumerate(looks):
+            if look and SIDEWAYS.issuperset(look):  # two that pull against each other are no mouth
+                high[:, place] = min(1.0, max(float(_curve(motion, name).max()) for name in look))
+    else:
+        freedom = [max((FREEDOM.get(name, 0.0) for name in look), default=0.0) for look in looks]
+        costs = (STIFF_M / np.maximum(freedom, 1e-3)) ** 2
+        plain, sides, high = np.diag(costs), given * costs, np.maximum(given, 1)
+        fixed = np.equal(freedom, 0)
+        low[:, fixed] = high[:, fixed] = given[:, fixed]
+    seals = _seals(motion)
+    sealing = _closing(mixes, names)
+    low[:, sealing] = seals[:, None]
+    most = np.ones(len(curves)) if len(sealing) else 1 - seals
     shares = _gap_counts(curves, gaps)
-    sides = (curves @ skin + shares[:, None] * (curves @ gap)) @ mixes.T - SPARSE * mean
-    low, high = np.zeros((len(curves), len(looks))), np.ones(len(looks))
-    for place, look in enumerate(looks):
-        if look and SIDEWAYS.issuperset(look):  # two that pull against each other are no mouth
-            high[place] = min(1.0, max(float(_curve(motion, name).max()) for name in look))
-    sealing = [VISEME_SHAPES["PP"].get(name, 0.0) for name in names]
-    for place in np.flatnonzero(np.abs(mixes - sealing).max(axis=1, initial=0) < 1e-6)[:1]:
-        low[:, place] = _seals(motion, curves, gaps)
-    mouths = np.array([float(is_whole_mouth(look)) for look in looks])
-    weights = np.stack(
-        [
-            solve_box_sum(plain + share * close, side, least, high, mouths)
-            for share, side, least in zip(shares, sides, low, strict=True)
-        ]
-    )
+    if own is None:
+        effects, wanted = mixes @ gaps, curves @ gaps
+    else:
+        effects, wanted, more, rest = _on_own_mesh(own, looks, curves, names, seals, sealing, given)
+        count = np.sqrt(len(head.inner_lip_upper) / len(SHARES))
+        effects, wanted = count * effects, count * wanted
+        plain, sides = plain + more @ more.T, sides + rest @ more.T
+    sides += shares[:, None] * (wanted @ effects.T)
+    close = effects @ effects.T
+    mouths = np.array([is_whole_mouth(look) for look in looks], np.float64)
+    mouths[np.flatnonzero(visemes)] = 1
+    weights = low.copy()
+    free, held = (np.flatnonzero(each) for each in ((low < high).any(axis=0), (low == high).all(0)))
+    sides = sides[:, free] - low[:, held] @ plain[np.ix_(held, free)]
+    sides -= shares[:, None] * (low[:, held] @ close[np.ix_(held, free)])
+    plain, close = plain[np.ix_(free, free)], close[np.ix_(free, free)]
+    last = None
+    for frame, (share, side, whole) in enumerate(zip(shares, sides, most, strict=True)):
+        bounds = low[frame, free], high[frame, free]
+        last = solve_box_sum(plain + share * close, side, *bounds, mouths[free], whole, last)
+        weights[frame, free] = last
     off = weights @ mixes - taken
     places = max(1, parts.shape[1] // 3)
     squares = np.einsum("fc,cd,fd->f", off, parts @ parts.T, off) / places
-    moved = motion.weights.copy()
-    moved[:, columns] = weights @ mixes
-    had, wanted = (
-        measure_mouth(each)["opening_mm"] for each in (replace(motion, weights=moved), motion)
-    )
+    if own is None:
+        moved = motion.weights.copy()
+        moved[:, columns] = weights @ mixes
+        had, open_mm = (
+            measure_mouth(each)["opening_mm"] for each in (replace(motion, weights=moved), motion)
+        )
+    else:
+        had, open_mm = (1000 / count * each.mean(axis=1) for each in (weights @ effects, wanted))
     return ControlFit(
         weights.astype(np.float32),
         1000 * float(np.sqrt(max(0.0, squares.mean()))),
-        float(np.abs(had - wanted).mean()),
-        float(had[wanted < CLOSED_MM].max(initial=0.0)),
+        float(np.abs(had - open_mm).mean()),
+        float(had[open_mm < CLOSED_MM].max(initial=0.0)),
     )
 
 
-def _with_less_hidden_jaw(curves: Float64Array, names: list[str]) -> Float64Array:
+def _on_own_mesh(
+    own: MeasuredMouth,
+    looks: Sequence[dict[str, float]],
+    curves: Float64Array,
+    names: tuple[str, ...],
+    seals: Float64Array,
+    sealing: NDArray[np.intp],
+    given: Float32Array | None,
+) -> tuple[Float64Array, Float64Array, Float64Array, Float64Array]:
+    """What shapes do to the gaps of their own lips and what the motion wants there, and so the
+    width and the jaw as they count: in the built-in head's size, m.
+
+    Lips that rest apart stay so, but where they seal. What presses lips that touch moves them into
+    each other: given weights may do that as far as the motion's, and of shapes that are fitted it
+    is no part.
+    """
+    ours, count = builtin_mouth(names), len(SHARES)
+    scale = own.seam.width / ours.seam.width
+    theirs, wanted = own.effects / scale, curves @ ours.effects
+    rest = np.maximum(own.seam.gaps, 0) / scale
+    gaps = np.maximum(wanted[:, :count], 0) * (1 - seals[:, None]) - rest * seals[:, None]
+    if given is None:
+        theirs[[bool(look) and set(PRESS).issuperset(look) for look in looks], :count] = 0
+        theirs[sealing, :count] = np.maximum(theirs[sealing, :count], -rest)
+    else:
+        least = np.minimum(wanted[:, :count], gaps)
+        gaps = np.clip(given @ theirs[:, :count], least, gaps)
+    much = np.array([WIDTH, JAW])
+    return theirs[:, :count], gaps, much * theirs[:, count:], much * wanted[:, count:]
+
+
+def _closing(mixes: Float64Array, names: tuple[str, ...]) -> NDArray[np.intp]:
+    """(0 or 1,) the shape that seals the lips, of those that look like a p."""
+    sealed = [VISEME_SHAPES["PP"].get(name, 0.0) for name in names]
+    return np.flatnonzero(np.abs(mixes - sealed).max(axis=1, initial=0) < 1e-6)[:1]
+
+
+def _with_less_hidden_jaw(curves: Float64Array, names: tuple[str, ...]) -> Float64Array:
     """Curves with `JAW_SEEN` of the jaw that `mouthClose` hides, which no viseme has."""
     if not {"jawOpen", "mouthClose"} <= set(names):
         return curves
@@ -167,13 +301,13 @@ def _apart(curves: Float64Array, gaps: Float64Array) -> Float64Array:
     return np.linalg.norm((curves @ gaps).reshape(len(curves), -1, 3), axis=2).mean(axis=1)
 
 
-def _seals(motion: Motion, curves: Float64Array, gaps: Float64Array) -> Float64Array:
+def _seals(motion: Motion) -> Float64Array:
     """(frame,) how far lips that touch are sealed, as for a p: pressed, or closed over the jaw."""
     pressed = np.max([_curve(motion, name) for name in PRESS], axis=0)
     pressed = pressed / VISEME_SHAPES["PP"][PRESS[0]]
     jaw, over = _curve(motion, "jawOpen"), _curve(motion, "mouthClose")
     closed = np.minimum(over / np.maximum(jaw, 1e-6), 1) * np.minimum(over / ROLLED, 1)
-    near = (APART_M - _apart(curves, gaps)) / (APART_M - SEALED_M)
+    near = (APART_MM - measure_mouth(motion)["opening_mm"]) / (APART_MM - SEALED_MM)
     return np.clip(np.maximum(pressed, closed), 0, 1) * np.clip(near, 0, 1)
 
 

@@ -32,7 +32,7 @@ def solve_box(
     x: Float64Array = np.clip(best, low, high).astype(np.float64)
     if (x == best).all():
         return best
-    x = x if start is None else start
+    x = x if start is None else np.clip(start, low, high)
     cost = _cost(gram, side, x)
     for _ in range(ROUNDS):
         slope = gram @ x - side
@@ -79,6 +79,7 @@ def solve_box_sum(
     high: Float64Array,
     group: Float64Array,
     most: float = 1.0,
+    start: Float64Array | None = None,
 ) -> Float64Array:
     """(unknown,) as `solve_box`, with group·x ≤ most as well.
 
@@ -86,7 +87,7 @@ def solve_box_sum(
     price in straight pieces, so Newton's steps find the price in a few; where they leave the
     bracket, it is halved.
     """
-    x = solve_box(gram, side, low, high)
+    x = solve_box(gram, side, low, high, start)
     price, cheap, dear = 0.0, 0.0, np.inf
     for _ in range(ROUNDS):
         over = float(group @ x) - most

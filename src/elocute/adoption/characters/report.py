@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from elocute.adoption.characters.open_character import OpenedCharacter
+from elocute.export.character_mouth import measured_mouth
 from elocute.head.character import Control
 from elocute.motion.curves import ARKIT_NAMES
 
@@ -14,6 +15,7 @@ MOUTHS = {
     "direct": "ARKit's shapes, moved by the curves as they are",
     "fitted": "fitted to the built-in head's mouth, frame by frame",
 }
+MEASURED = {True: "opened as far as its own mesh wants it", False: "no lips that part in its mesh"}
 
 
 def character_record(opened: OpenedCharacter) -> dict[str, Any]:
@@ -32,9 +34,10 @@ def character_record(opened: OpenedCharacter) -> dict[str, Any]:
     character, mapping = opened.character, opened.mapping
     nodes = character.document.records("nodes")
     taken = {curve for control in character.controls for curve in control.looks}
+    own = measured_mouth(character)
     return {
         "meshes": {mesh.name: len(mesh.targets) for mesh in opened.meshes},
-        "mouth": MOUTHS[mapping.mouth],
+        "mouth": f"{MOUTHS[mapping.mouth]}; {MEASURED[own is not None]}",
         "mapped": {control.name: _told(control) for control in character.controls},
         "joints": {
             str(nodes[turn.node].get("name", turn.node)): " + ".join(turn.joints)
