@@ -14,7 +14,7 @@ little as that takes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -48,9 +48,9 @@ ROLLED = 0.15
 JAW_SEEN = 0.3  # share of a jaw behind shut lips that visemes are fitted to
 RIDGE = 1e-3  # of the mean squared length of a shape
 SPARSE = 0.01  # of the same: what a weight costs, whatever the fit
-LIKENESS = 0.05
+LIKENESS = 0.15
 """What the look on the built-in head counts beside a measured mouth."""
-WIDTH, JAW = 25.0, 20.0
+WIDTH, JAW = 12.0, 12.0
 """How much more than a vertex the width and the jaw of a measured mouth count."""
 STIFF_M = 0.02
 """What a weight that is given costs where it changes by its freedom."""
@@ -170,7 +170,7 @@ def fit_controls(
     looks : sequence of dict of str to float
         For each shape the curves of the head that it is, at weight one.
     own : MeasuredMouth, optional
-        What the shapes do on their own mesh, where that is known.
+        What the shapes do on their own mesh; by default what their looks do on the built-in head.
     given : (frame, control) float32, optional
         Weights that a measured mouth corrects; without them they are found.
     visemes : sequence of bool, optional
@@ -186,11 +186,14 @@ def fit_controls(
     taken = motion.weights[:, columns].astype(np.float64)
     curves = taken if given is not None else _with_less_hidden_jaw(taken, names)
     mixes = np.array([[look.get(name, 0.0) for name in names] for look in looks], np.float64)
+    if own is None:  # the built-in head's looks are all that is known of the shapes
+        ours = builtin_mouth(names)
+        own = MeasuredMouth(ours.seam, mixes @ ours.effects)
     parts, gaps, rows = _rows(head, columns)
     low, high = np.zeros((len(curves), len(looks))), np.ones((len(curves), len(looks)))
     if given is None:
         # (curve, curve): all that the fit needs of the mesh
-        skin = rows @ rows.T * (1.0 if own is None else LIKENESS)
+        skin = LIKENESS * rows @ rows.T
         plain = mixes @ skin @ mixes.T
         mean = float(np.trace(plain)) / max(1, len(plain))
         plain[np.diag_indices_from(plain)] += RIDGE * mean
@@ -209,13 +212,10 @@ def fit_controls(
     low[:, sealing] = seals[:, None]
     most = np.ones(len(curves)) if len(sealing) else 1 - seals
     shares = _gap_counts(curves, gaps)
-    if own is None:
-        effects, wanted = mixes @ gaps, curves @ gaps
-    else:
-        effects, wanted, more, rest = _on_own_mesh(own, looks, curves, names, seals, sealing, given)
-        count = np.sqrt(len(head.inner_lip_upper) / len(SHARES))
-        effects, wanted = count * effects, count * wanted
-        plain, sides = plain + more @ more.T, sides + rest @ more.T
+    effects, wanted, more, rest = _on_own_mesh(own, looks, curves, names, seals, sealing, given)
+    count = np.sqrt(len(head.inner_lip_upper) / len(SHARES))
+    effects, wanted = count * effects, count * wanted
+    plain, sides = plain + more @ more.T, sides + rest @ more.T
     sides += shares[:, None] * (wanted @ effects.T)
     close = effects @ effects.T
     mouths = np.array([is_whole_mouth(look) for look in looks], np.float64)
@@ -233,14 +233,7 @@ def fit_controls(
     off = weights @ mixes - taken
     places = max(1, parts.shape[1] // 3)
     squares = np.einsum("fc,cd,fd->f", off, parts @ parts.T, off) / places
-    if own is None:
-        moved = motion.weights.copy()
-        moved[:, columns] = weights @ mixes
-        had, open_mm = (
-            measure_mouth(each)["opening_mm"] for each in (replace(motion, weights=moved), motion)
-        )
-    else:
-        had, open_mm = (1000 / count * each.mean(axis=1) for each in (weights @ effects, wanted))
+    had, open_mm = (1000 / count * each.mean(axis=1) for each in (weights @ effects, wanted))
     return ControlFit(
         weights.astype(np.float32),
         1000 * float(np.sqrt(max(0.0, squares.mean()))),
