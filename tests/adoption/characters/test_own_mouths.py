@@ -114,7 +114,7 @@ def test_shapes_like_ours_keep_the_curves(take, opened):
     points, triangles = face()
     weights = weights_by_shape(take, opened(character(points, triangles, arkit_shapes())))
     for name in ("jawOpen", "mouthClose", "mouthPucker", "mouthSmileLeft"):
-        assert np.abs(weights[name] - take.weights[:, take.names.index(name)]).max() < 0.12
+        assert np.abs(weights[name] - take.weights[:, take.names.index(name)]).max() < 0.15
 
 
 def small_mouth(**changes):
