@@ -22,6 +22,9 @@ demo-wild: .venv/ready-dev
 	rm -rf out/wild
 	$(BIN)/python -m recipes.demo_wild out/wild
 
+# Compiled once, not by every process that a test starts.
+test test-all coverage: export PYTHONDONTWRITEBYTECODE =
+
 test: .venv/ready-dev
 	$(BIN)/python -m pytest -n auto --durations=25 -m "not slow"
 

@@ -17,10 +17,9 @@ from types import FunctionType
 from typing import Any, ClassVar
 
 if "PYTEST_XDIST_WORKER" in os.environ:
-    # Threads that wait would else turn in loops on processors that the other workers need. How many
-    # there are stays as it is: sums, and what is found by them, would change with it.
-    os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "4")
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    # Workers are as many as processors: threads of one would wait for those of another, in loops.
+    for library in ("OPENBLAS", "OMP", "MKL"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 import numpy as np
 import pytest
@@ -38,8 +37,15 @@ SPREAD = ("tests/test_documented.py",)
 """Long files whose costly fixtures are made once a run: any worker may take any test of them."""
 TOGETHER = ("tests/capture/scans", "tests/capture/video")
 """Folders whose scans and films are made once for all: one worker takes all tests of each."""
-LARGE = ("elocute.head.looks", "elocute.adoption", "elocute.animation", "elocute.export")
-"""Modules whose caches hold tens of megabytes."""
+LARGE = (
+    "elocute.head.looks.baked",
+    "elocute.head.looks.dressing",
+    "elocute.adoption",
+    "elocute.animation",
+    "elocute.capture.registration",
+)
+"""Modules whose caches hold tens of megabytes: arrays and heads, not packed pictures, which take
+half a second each to make again."""
 ROOM_MB = 950
 """A worker that takes more lets go of what can be made again; 1500 are promised."""
 FIRST = ("propagation", "cli", "capture", "study", "adoption", "export")
@@ -76,10 +82,16 @@ def own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         yield
 
 
+def pytest_configure() -> None:
+    """While everything is imported, there is nothing to collect: a third of that time."""
+    gc.disable()
+
+
 def pytest_collection_finish() -> None:
     """What is imported stays: the collector need not look through it again and again."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def memory_mb() -> float:
@@ -92,7 +104,7 @@ def memory_mb() -> float:
 
 @pytest.fixture(scope="module", autouse=True)
 def forgotten() -> Iterator[None]:
-    """What modules keep of large things, as pictures and dressed heads, does not add up."""
+    """What modules keep of large things, as dressed heads, does not add up."""
     yield
     if memory_mb() < ROOM_MB:
         return
@@ -330,11 +342,12 @@ class Learned:
 
 
 @pytest.fixture(scope="session")
-def learn(
-    tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[..., Any]
-) -> Callable[[int, int], Learned]:
-    """Trains on so many sentences of each, the last of them left out, for so many epochs."""
-    torch = pytest.importorskip("torch", reason="needs the extra `train`")
+def learned(tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[..., Any]) -> Learned:
+    """Trained in seconds: enough to move lips in three ways.
+
+    Of eight sentences each seed that was tried tells all three apart; of four, not each does.
+    """
+    pytest.importorskip("torch", reason="needs the extra `train`")
     pytest.importorskip("lightning_fabric", reason="needs the extra `train`")
     from dataclasses import replace
 
@@ -346,41 +359,19 @@ def learn(
     from elocute.training.voca.settings import VocaTrainConfig
     from elocute.training.voca.training_data import prepare
 
-    def trained_on(sentences: int, epochs: int) -> Learned:
-        folder = once_a_run(
-            tmp_path_factory,
-            f"learned_{sentences}_{epochs}",
-            lambda folder: train(folder, sentences, epochs),
-        )
-        return Learned(open_corpus(folder / "corpus"), folder / "model.onnx")
-
-    def train(folder: Path, sentences: int, epochs: int) -> None:
-        made = make_corpus(folder / "corpus", sentences=sentences)
+    def train(folder: Path) -> None:
+        made = make_corpus(folder / "corpus", sentences=9)
         own = tuple(entry.name for entry in made.entries if entry.sentence.startswith("own"))
         taught = tuple(entry.name for entry in made.entries if entry.name not in own)
         split = Split(taught, (), own)
         write_manifest(made.folder, manifest_of(replace(made, splits={"default": split})))
         corpus = open_corpus(made.folder)
-        config = VocaTrainConfig(epochs=epochs, encoder="phones", learning_rate=2e-3)
-        threads = torch.get_num_threads()
-        torch.set_num_threads(1)  # several would wait for each other beside other tests
+        config = VocaTrainConfig(epochs=60, encoder="phones", learning_rate=2e-3)
         trained = fit(prepare(corpus, config, resolve_encoder(config.encoder)), config)
-        torch.set_num_threads(threads)
         export_voca(trained, corpus, folder / "model.onnx", "a test")
 
-    return trained_on
-
-
-@pytest.fixture(scope="session")
-def learned(learn: Callable[[int, int], Learned]) -> Learned:
-    """Trained in seconds: enough to move lips in three ways."""
-    return learn(8, 60)
-
-
-@pytest.fixture(scope="session")
-def versed(learn: Callable[[int, int], Learned]) -> Learned:
-    """Of eight sentences each seed that was tried tells all three apart; of four, not each does."""
-    return learn(9, 60)
+    folder = once_a_run(tmp_path_factory, "learned", train)
+    return Learned(open_corpus(folder / "corpus"), folder / "model.onnx")
 
 
 @pytest.fixture(scope="session")

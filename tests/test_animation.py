@@ -130,6 +130,16 @@ def test_identities_and_styles_change_the_face(sound):
     )
 
 
+def test_a_head_is_dressed_once_for_all_takes_and_files_of_a_person(sound):
+    short = Waveform(sound.samples[:8000], 16000)
+    one, other, casual = (
+        animate(short, fps=5, look=look).motion for look in ("auto", "auto", "none")
+    )
+    assert one.head is other.head and one.dressed().head is other.dressed().head
+    assert one.dressed().head.vertex_count > one.head.vertex_count
+    assert casual.dressed().head is casual.head
+
+
 def test_known_phone_times_replace_the_encoder():
     sound = Waveform(np.zeros(32000, np.float32), 16000)
     gap = opening(sound, phones=[(0.5, 0.7, "AA"), (0.7, 0.8, "P"), (0.8, 1.0, "AA")])

@@ -260,7 +260,8 @@ def animate(
     wanted = None if edits is None else edits_of(edits)
     manners = Manners(chosen, resolved, feeling, outputs, wanted)
     rig, person = _rig(head, mesh, identity, own_shapes=not chosen.makes_contacts)
-    rig = chosen.rig(replace(rig, look=_look(look, head, identity, rig)))
+    worn = _look(look, head, identity, rig)
+    rig = chosen.rig(rig if rig.look == worn else _wearing(rig, worn))
     face = LivingFace(rig, alive, feeling, person)
     if transcribe:
         listened, progress = _parted(progress, sound)
@@ -403,6 +404,12 @@ def _look(
     raise HeadError.about(
         "look", found=f"one for head {rig.name!r}", allowed="a look of the built-in head"
     )
+
+
+@lru_cache(maxsize=4)
+def _wearing(rig: HeadModel, look: Look | None) -> HeadModel:
+    """One head for all takes of a person: what is made of it when it is drawn is made once."""
+    return replace(rig, look=look)
 
 
 def identity_head(identity: str | int | Path) -> HeadModel:

@@ -49,6 +49,7 @@ def test_arrays_come_back_as_they_were(tmp_path, compressed):
         (npy_bytes(np.zeros(4))[:-8], "end early"),
         (npy_bytes(np.array([{"a": 1}], object)), "type '|O'"),
         (npy_bytes(np.zeros(2, [("a", "f4")])), "no plain type"),
+        (npy_bytes(np.zeros(4)).replace(b"<f8", b",f8"), "type ',f8'"),
         (npy_bytes(np.zeros(4)).replace(b"(4,)", b"(-4,)"), "a shape that is none"),
         (npy_bytes(np.zeros(4)).replace(b"'shape': (4,)", b"'shape': f(4)"), "header"),
         (b"\x93NUMPY\x01\x00" + struct.pack("<H", 60_000) + b" " * 60_000, "a header of 60000"),
@@ -86,7 +87,7 @@ def test_a_pipe_is_not_waited_for(tmp_path):
 
     thread = threading.Thread(target=read, daemon=True)
     thread.start()
-    thread.join(10)
+    thread.join(300)
     assert result == ["told"]
 
 
@@ -94,6 +95,19 @@ def test_a_larger_file_than_allowed_is_refused(tmp_path):
     np.save(tmp_path / "a.npy", np.zeros(1000))
     with pytest.raises(InputError, match=r"8.128 kB; allowed: numbers of up to 1 kB"):
         read_npy(tmp_path / "a.npy", max_bytes=1000, allowed="numbers")
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).nmant != 63, reason="numbers of ten bytes are x86's")
+def test_bits_that_are_no_number_of_ten_bytes_are_nan(tmp_path):
+    """Found by the fuzzer: NumPy warns when it makes numbers of eight bytes of such."""
+    numbers = np.array([1.5, 2, -3], np.longdouble)
+    numbers.view(np.uint8)[16:26] = np.frombuffer(
+        b"\x9a\x99\x99\x99\x99\x99\xb9?\x9a\x99", np.uint8
+    )
+    np.save(tmp_path / "a.npy", numbers)
+    found = read_npy(tmp_path / "a.npy", max_bytes=1000, allowed="numbers", error=InputError)
+    assert found.dtype == np.float64
+    assert np.array_equal(found, [1.5, np.nan, -3], equal_nan=True)
 
 
 def test_rows_of_a_file_are_read_as_a_memory_map_gives_them(tmp_path):

@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 import threading
 import tracemalloc
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 
 import elocute
+from elocute.array_types import Float32Array
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
@@ -26,69 +30,86 @@ NEAR = 1e-5
 def speech(speech_wav) -> Waveform:
     """Speech with a second of real silence in its middle."""
     sound = read_audio(speech_wav, sample_rate=48000).samples
-    parts = [sound[48_000:168_000], np.zeros(48_000, np.float32), sound[168_000:240_000]]
+    parts = [sound[48_000:120_000], np.zeros(48_000, np.float32), sound[168_000:240_000]]
     return Waveform(np.concatenate(parts), 48000)
 
 
-def streamed(name: str, sound: Waveform, block: int, fps: float = 60.0, **options: Any):
-    """Curves of a sound pushed in blocks of so many samples, and how many came before the end."""
+@dataclass(frozen=True)
+class Streamed:
+    """Curves of a sound that came in blocks, what is promised of them, and how late they came."""
+
+    curves: Float32Array
+    lookahead_s: float
+    late_s: list[float]
+
+
+def streamed(name: str, sound: Waveform, block: int, fps: float = 60.0, **options: Any) -> Streamed:
+    """A sound pushed in blocks of so many samples."""
     model = open_model(name)
     level = model.sound_level(sound)
     live = CurveStream(model, sound.sample_rate, fps=fps, level=level, **options)
-    pieces = [
-        live.push(sound.samples[at : at + block]) for at in range(0, len(sound.samples), block)
-    ]
-    early = live.frames_given
+    pieces, late_s = [], []
+    for at in range(0, len(sound.samples), block):
+        pieces.append(live.push(sound.samples[at : at + block]))
+        late_s.append((at + block) / sound.sample_rate - live.frames_given / fps)
     pieces.append(live.flush())
-    return np.concatenate([piece.values for piece in pieces if piece is not None]), early
+    curves = np.concatenate([piece.values for piece in pieces if piece is not None])
+    return Streamed(curves, live.lookahead_s, late_s)
+
+
+@pytest.fixture(scope="module")
+def whole(speech) -> Callable[[str, str], Float32Array]:
+    """Curves by a model, with contacts "auto" or "off", of the whole speech; made once."""
+    return cache(
+        lambda name, contacts: (
+            elocute.animate(speech, model=name, contacts=contacts, life=0).curves.values
+        )
+    )
+
+
+@pytest.fixture(scope="module")
+def live(speech) -> Callable[[str, int, str], Streamed]:
+    """The same from a stream, in blocks of so many samples."""
+    return cache(lambda name, block, contacts: streamed(name, speech, block, contacts=contacts))
 
 
 @pytest.mark.parametrize("name", MODELS)
-@pytest.mark.parametrize("block", [480, 4801, 48000])
-def test_a_stream_gives_what_the_whole_sound_gives(speech, name, block):
-    whole = elocute.animate(speech, model=name, life=0).curves.values
-    live, _ = streamed(name, speech, block)
-    assert live.shape == whole.shape
-    assert np.abs(live - whole).max() < NEAR
+@pytest.mark.parametrize(
+    ("block", "contacts"), [(480, "auto"), (4801, "auto"), (48000, "auto"), (4801, "off")]
+)
+def test_a_stream_gives_what_the_whole_sound_gives(whole, live, name, block, contacts):
+    given, wanted = live(name, block, contacts).curves, whole(name, contacts)
+    assert given.shape == wanted.shape
+    assert np.abs(given - wanted).max() < NEAR
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_the_bare_output_is_streamed_as_well(speech, name):
-    whole = elocute.animate(speech, model=name, contacts="off", life=0).curves.values
-    live, _ = streamed(name, speech, 4801, contacts="off")
-    assert live.shape == whole.shape
-    assert np.abs(live - whole).max() < NEAR
-    assert np.abs(live - streamed(name, speech, 4801)[0]).max() > 0.1
+def test_the_bare_output_is_another(live, name):
+    assert np.abs(live(name, 4801, "off").curves - live(name, 4801, "auto").curves).max() > 0.1
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_blocks_of_a_millisecond_too(speech, name):
     sound = Waveform(speech.samples[:72_000], 48000)
     whole = elocute.animate(sound, model=name, life=0).curves.values
-    live, _ = streamed(name, sound, 48)
-    assert np.abs(live - whole).max() < NEAR
+    assert np.abs(streamed(name, sound, 48).curves - whole).max() < NEAR
 
 
 @pytest.mark.parametrize(("rate", "fps"), [(44100, 60.0), (48000, 24.0), (16000, 29.97)])
 def test_at_any_rate_of_sound_and_frames(speech, rate, fps):
     sound = speech.resample(rate)
     whole = elocute.animate(sound, fps=fps, life=0).curves.values
-    live, _ = streamed(DEFAULT_MODEL, sound, rate // 7, fps)
+    live = streamed(DEFAULT_MODEL, sound, rate // 7, fps).curves
     assert live.shape == whole.shape
     assert np.abs(live - whole).max() < NEAR
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_a_frame_comes_after_the_declared_look_ahead_and_no_later(speech, name):
-    model, late = open_model(name), []
-    live = CurveStream(model, 48000)
-    assert live.lookahead_s < 1.5
-    for at in range(0, len(speech.samples), 480):
-        live.push(speech.samples[at : at + 480])
-        heard_s = (at + 480) / 48000
-        late.append(heard_s - live.frames_given / 60)
-    assert max(late) <= live.lookahead_s + 0.01
-    assert min(late[200:]) > 0.2  # and it does look ahead
+def test_a_frame_comes_after_the_declared_look_ahead_and_no_later(live, name):
+    stream = live(name, 480, "auto")
+    assert stream.lookahead_s < 1.5
+    assert max(stream.late_s) <= stream.lookahead_s + 0.01
+    assert min(stream.late_s[200:]) > 0.2  # and it does look ahead
 
 
 def test_without_the_level_the_recurrent_model_does_not_depend_on_the_blocks(speech):

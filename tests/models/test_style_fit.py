@@ -64,12 +64,12 @@ def test_a_known_mix_is_found_again(model: VocaModel, take: ObservedMotion) -> N
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["plain.own0", "broad.own1", "tense.own2"])
-def test_everybody_is_known_by_a_sentence_nobody_taught(versed: Any, name: str) -> None:
-    assert name in versed.corpus.split().test
-    model = VocaModel(versed.model)
-    speech, _ = extract_features(model, versed.corpus.sound(name))
-    fit = fit_style(model, [ObservedMotion(speech, recorded_motion(versed.corpus, name))])
-    subject = versed.corpus.entry(name).subject
+def test_everybody_is_known_by_a_sentence_nobody_taught(learned: Any, name: str) -> None:
+    assert name in learned.corpus.split().test
+    model = VocaModel(learned.model)
+    speech, _ = extract_features(model, learned.corpus.sound(name))
+    fit = fit_style(model, [ObservedMotion(speech, recorded_motion(learned.corpus, name))])
+    subject = learned.corpus.entry(name).subject
     others = [error for style, error in fit.styles.items() if style != subject]
     # First in the mix it need not be, nor nearest alone: plain lies halfway between broad and
     # tense, and of a second of sound the ear does not know yet how loud it is.

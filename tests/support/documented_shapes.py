@@ -16,7 +16,7 @@ import importlib.machinery
 import inspect
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import is_dataclass
 from types import FunctionType, ModuleType
 from typing import Any
@@ -58,25 +58,33 @@ def check(where: str, array: Any, shape: Shape, lengths: dict[str, int], dtype: 
     """Compare one array with its shape; lengths by name are kept for the rest of the call."""
     if not isinstance(array, np.ndarray):
         return
-    said = f"{where}: {array.shape} {array.dtype}, documented as ({', '.join(shape)}) {dtype}"
+
+    def said(more: str = "") -> ShapeError:
+        found = f"{array.shape} {array.dtype}, documented as ({', '.join(shape)}) {dtype}"
+        return ShapeError(f"{where}: {found}{more}")
+
     axes, found = shape, array.shape
     if "..." in axes:
         first, last = axes[0] == "...", axes[-1] == "..."
         axes = axes[first : len(axes) - last]
         found = found[max(len(found) - len(axes), 0) :] if first else found[: len(axes)]
     if len(axes) != len(found):
-        raise ShapeError(said)
+        raise said()
     for axis, length in zip(axes, found, strict=True):
-        if re.fullmatch(r"\d+( or \d+)*", axis):
-            right = length in map(int, axis.split(" or "))
-        elif re.fullmatch(r"[A-Za-z_][\w ]*", axis):
-            right = lengths.setdefault(axis, length) == length
-        else:
-            right = True  # a formula
+        sizes = _sizes(axis)
+        right = lengths.setdefault(axis, length) == length if sizes is None else length in sizes
         if not right:
-            raise ShapeError(f"{said}; {axis} = {lengths.get(axis, axis)}")
+            raise said(f"; {axis} = {lengths.get(axis, axis)}")
     if dtype and not _of(array, dtype):
-        raise ShapeError(said)
+        raise said()
+
+
+@functools.cache
+def _sizes(axis: str) -> Container[int] | None:
+    """What an axis may measure: numbers, any for a formula, or None for one that has a name."""
+    if re.fullmatch(r"\d+( or \d+)*", axis):
+        return frozenset(map(int, axis.split(" or ")))
+    return None if re.fullmatch(r"[A-Za-z_][\w ]*", axis) else range(sys.maxsize)
 
 
 def _of(array: np.ndarray, dtype: str) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib.util
 import json
 import os
 import subprocess
@@ -14,7 +15,8 @@ import numpy as np
 import pytest
 
 pytest.importorskip("torch", reason="needs the extra `train`")
-pytest.importorskip("lightning_fabric", reason="needs the extra `train`")
+if importlib.util.find_spec("lightning_fabric") is None:  # large: imported where it is needed
+    pytest.skip("needs the extra `train`", allow_module_level=True)
 
 import torch
 

@@ -110,9 +110,8 @@ def clip_metrics(
     met = None
     if mouth:
         met = count_closures(lip_opening(predicted), lip_opening(true), true.fps, closed_mm)
-    return ClipMetrics(
-        *lve, mean_vertex_error(predicted, true), *fdd, velocity_error(predicted, true), *jerks, met
-    )
+    distance, step = _errors(predicted, true)
+    return ClipMetrics(*lve, distance, *fdd, step, *jerks, met)
 
 
 def check_alike(predicted: VertexMotion, true: VertexMotion) -> None:
@@ -181,7 +180,7 @@ def mean_vertex_error(predicted: VertexMotion, true: VertexMotion) -> float:
     float
         Millimetres.
     """
-    return _mean(np.linalg.norm(p - t, axis=2).mean(axis=1) for p, t in _pairs(predicted, true))
+    return _errors(predicted, true)[0]
 
 
 def dynamics_deviation(
@@ -253,10 +252,22 @@ def velocity_error(predicted: VertexMotion, true: VertexMotion) -> float:
     float
         Millimetres per frame; 0 for a single frame.
     """
-    return _mean(
-        np.linalg.norm(np.diff(p - t, axis=0), axis=2).mean(axis=1)
-        for p, t in _pairs(predicted, true, overlap=1)
-    )
+    return _errors(predicted, true)[1]
+
+
+def _errors(predicted: VertexMotion, true: VertexMotion) -> tuple[float, float]:
+    """Mean error of all vertices, mm, and of their steps, mm per frame: expanded once for both."""
+    distances, steps = [], []
+    for number, (p, t) in enumerate(_pairs(predicted, true, overlap=1)):
+        apart = p - t
+        distances.append(_lengths(apart[bool(number) :]).mean(axis=1))
+        steps.append(_lengths(np.diff(apart, axis=0)).mean(axis=1))
+    return _mean(iter(distances)), _mean(iter(steps))
+
+
+def _lengths(vectors: Float64Array) -> Float64Array:
+    """(frame, vertex) of (frame, vertex, 3); three times as fast as NumPy's norm of short rows."""
+    return np.sqrt(np.einsum("fvc,fvc->fv", vectors, vectors))
 
 
 def mean_jerk(motion: VertexMotion, lips: VertexRegion) -> float:
@@ -275,7 +286,7 @@ def mean_jerk(motion: VertexMotion, lips: VertexRegion) -> float:
         mm/s³; 0 for fewer than four frames.
     """
     steps = (
-        np.linalg.norm(np.diff(block, 3, axis=0), axis=2).mean(axis=1)
+        _lengths(np.diff(block, 3, axis=0)).mean(axis=1)
         for block in motion.blocks(lips.indices, overlap=3)
         if len(block) > 3
     )
@@ -285,7 +296,7 @@ def mean_jerk(motion: VertexMotion, lips: VertexRegion) -> float:
 def _deviations(motion: VertexMotion, region: VertexRegion) -> tuple[Float64Array, Float64Array]:
     """(vertex,) mm and mm²: deviations over time of distances from rest, and of their squares."""
     rest = np.asarray(motion.template, np.float64)[region.indices] * 1000
-    distances = (np.linalg.norm(b - rest, axis=2) for b in motion.blocks(region.indices))
+    distances = (_lengths(b - rest) for b in motion.blocks(region.indices))
     both = moments(np.concatenate([d, d * d], axis=1) for d in distances)
     plain, squared = np.split(np.sqrt(both.variance), 2)
     return plain, squared

@@ -176,6 +176,10 @@ def _numbers(file: Any, header: NpyHeader) -> NDArray[Any]:
     if header.dtype.kind == "b":
         # A truth value of another byte than 0 or 1 behaves unpredictably later.
         flat = flat.view(np.uint8) != 0
+    if header.dtype.kind == "f" and header.dtype.itemsize > 8:
+        # Not every pattern of bits is a number of ten bytes: what is none becomes NaN.
+        with np.errstate(all="ignore"):
+            flat = flat.astype(np.float64)
     shaped = flat.reshape(header.shape, order="F" if header.by_columns else "C")
     return shaped.astype(shaped.dtype.newbyteorder("="), copy=False)
 

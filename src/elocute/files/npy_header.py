@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import math
 import os
+import re
 import struct
 import zipfile
 import zlib
@@ -186,6 +187,8 @@ def _plain_dtype(described: Any) -> np.dtype[Any]:
     """The type that a header describes, where it is one of numbers, truth values or text."""
     if not isinstance(described, str) or len(described) > 16:
         raise UnusableArrayError("numbers of no plain type")
+    if not re.fullmatch(r"[<>|=]?[A-Za-z?]+\d*", described):  # NumPy reads lists of types too
+        raise UnusableArrayError(f"numbers of type {described!r}")
     try:
         dtype = np.dtype(described)
     except (TypeError, ValueError):

@@ -88,6 +88,8 @@ def read_varints(packed: memoryview) -> list[int]:
 
 def _varint(message: memoryview, at: int) -> tuple[int, int]:
     """The unsigned integer at `at`, seven bits a byte, least first; and where the next begins."""
+    if at < len(message) and message[at] < 128:  # nearly all of them
+        return message[at], at + 1
     value = 0
     for place in range(10):
         if at + place >= len(message):

@@ -274,7 +274,8 @@ def _descended(
         attempt = prepare(state)
         while True:
             tried, found = attempt(damping)
-            if found < cost or damping > 1e4:
+            # Where the whole step changes next to nothing, a shorter one does not either.
+            if found < cost or found - cost < CONVERGED * cost or damping > 1e4:
                 break
             damping *= 10
         gained = cost - found

@@ -167,15 +167,18 @@ def test_a_killed_worker_is_replaced_or_its_sequence_is_told(
 
 
 @pytest.mark.parametrize("number", ["9" * 400, pytest.param("-1e400", marks=pytest.mark.slow)])
-def test_a_number_beyond_all_bounds_ends_no_sequence(spoiled: Path, tmp_path: Path, number: str):
+def test_a_number_beyond_all_bounds_ends_no_sequence(
+    captured: tuple[Path, list[SequenceResult]], spoiled: Path, tmp_path: Path, number: str
+):
     folder = tmp_path / "sequence"
     shutil.copytree(spoiled, folder)
-    (folder / "00005.ply").unlink()
+    shutil.copytree(captured[0], tmp_path / "out")  # all other frames are registered there
+    (tmp_path / "out/sequences/anna.ah/frames/000001.npz").unlink()
     path = folder / "landmarks" / "00001.json"
     text = json.dumps({"points": [["X", 0, 0]] * 68}).replace('"X"', number)
     path.write_text(text)
     (result,) = capture_scans(folder, tmp_path / "out")
-    assert 1 in result.flagged and result.frames == 5
+    assert result.flagged == (1, 3, 4) and result.frames == 6
 
 
 def test_a_corpus_of_somebody_elses_is_not_replaced(

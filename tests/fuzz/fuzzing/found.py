@@ -176,6 +176,7 @@ FOUND: dict[str, Made] = {
         "vertex list",
         lambda: {"lips.npy": npy(_BROKEN_HEADER, bytes(12))},
     ),
+    "vertex list of a list of types": ("vertex list", lambda: {"lips.npy": _shape("(3,)", ",i8")}),
     "vertex list of exabytes": ("vertex list", lambda: {"lips.npy": _shape(f"({10**18},)", "<i8")}),
     "motion whose texts are a number": (
         "motion",

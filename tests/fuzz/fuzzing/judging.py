@@ -1,7 +1,7 @@
 """A case read in this process, and judged. It is
 
 escape   an exception outside the tree of `elocute.errors`
-hang     more than 10 s of processor time, or 40 s of waiting
+hang     more than 10 s of processor time, or 300 s of waiting, as a busy machine may make it
 memory   more than 1 GB of it
 crash    the end of the process by a signal
 left     files left behind by a reader that raised
@@ -24,7 +24,7 @@ from typing import Any
 from tests.fuzz.fuzzing.cases import Files, Reader, Seed, case
 from tests.fuzz.fuzzing.forks import Tally
 
-PROCESSOR_S, WAITING_S = 10, 40
+PROCESSOR_S, WAITING_S = 10, 300
 MEMORY_BYTES = 1_000_000_000
 
 LINE_MAX = 2000

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -139,8 +140,8 @@ def register_neutral(
     if method == "nicp":
         found, _ = register_nonrigid(Template(head), scan, landmarks, adapted=False)
         return Template(with_template(head, found.zero.astype(np.float32), head.name)), found
-    head = with_size(head)
-    general = Template(head, mouth_shut=True)
+    general = _general(head)
+    head = general.head
     found = _register(general, ModelFit(general, True), scan, landmarks, None)
     shown = np.tensordot(found.parameters.expression, general.basis, 1)
     neutral = (found.zero - shown).astype(np.float32)
@@ -148,6 +149,12 @@ def register_neutral(
     # The joints were found with the identity; `with_template` would guess them once more.
     joints = head.identity_joints(found.parameters.identity.astype(np.float32)).astype(np.float32)
     return Template(replace(own, joint_positions=joints)), found
+
+
+@lru_cache(maxsize=1)
+def _general(head: HeadModel) -> Template:
+    """Anybody's head at rest; what is known of its mesh is worked out once for all people."""
+    return Template(with_size(head), mouth_shut=True)
 
 
 def locate_head(head: HeadModel, scan: Scan) -> HeadPose:
@@ -159,7 +166,7 @@ def locate_head(head: HeadModel, scan: Scan) -> HeadPose:
         For a scan without a head.
     """
     scan, _ = checked_scan(scan)
-    template = Template(with_size(head), mouth_shut=True)
+    template = _general(head)
     fit = ModelFit(template, True)
     return _located(template, fit, scan, sample_scan(scan), no_landmarks()).pose
 

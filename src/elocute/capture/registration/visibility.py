@@ -32,7 +32,8 @@ def seen_from_front(
         here, all_of_it = points @ view.T, surface @ view.T
         low = np.minimum(here.min(axis=0), all_of_it.min(axis=0))[:2]
         own, cells = (((p[:, :2] - low) / pixel_m).astype(np.intp) for p in (here, all_of_it))
-        foremost = np.full(np.maximum(own.max(axis=0), cells.max(axis=0)) + 1, -np.inf)
-        np.maximum.at(foremost, tuple(cells.T), all_of_it[:, 2])
-        seen |= here[:, 2] >= foremost[tuple(own.T)] - DEPTH_PIXELS * pixel_m
+        across, up = np.maximum(own.max(axis=0), cells.max(axis=0)) + 1
+        foremost = np.full(across * up, -np.inf)
+        np.maximum.at(foremost, cells @ (up, 1), all_of_it[:, 2])  # many times as fast in one row
+        seen |= here[:, 2] >= foremost[own @ (up, 1)] - DEPTH_PIXELS * pixel_m
     return seen

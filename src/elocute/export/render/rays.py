@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.array_types import Float32Array
+from elocute.array_types import Float32Array, FloatArray
 from elocute.export.render import shading
 from elocute.export.render.camera import Camera
 from elocute.export.render.parts import Part, Parts
@@ -63,11 +63,12 @@ class RayRenderer:
         scene = _Scene(self._parts, self._triangles, self._part_of, points, self._both_sides)
         moments = self._moments(scene)
         width, height = self._size
-        pixels = self._cast(scene, moments, np.arange(width * height), (0.0, 0.0))
+        pixels = self._cast(scene, moments, np.arange(width * height), np.zeros(2))
         edges = self._edges(pixels.reshape(height, width, 4))
         if len(edges):
-            more = [self._cast(scene, moments, edges, offset) for offset in GRID]
-            pixels[edges] = np.mean(more, axis=0)
+            offsets = np.repeat(GRID, len(edges), axis=0)  # all at once: small pictures take long
+            more = self._cast(scene, moments, np.tile(edges, len(GRID)), offsets)
+            pixels[edges] = more.reshape(len(GRID), len(edges), 4).mean(axis=0)
         return self._finished(pixels)
 
     def frames(self, faces: Iterable[NDArray[np.float32]]) -> Iterator[NDArray[np.uint8]]:
@@ -124,10 +125,10 @@ class RayRenderer:
         scene: _Scene,
         moments: Float32Array,
         pixels: NDArray[np.intp],
-        offset: tuple[float, float],
+        offsets: FloatArray,
     ) -> Float32Array:
-        """(pixel, 4) premultiplied sRGB of rays through pixels, moved by part of a pixel."""
-        rays = self._rays(pixels, offset)
+        """(ray, 4) premultiplied sRGB of rays through pixels (ray,), moved by parts of a pixel."""
+        rays = self._rays(pixels, offsets)
         eyes = np.repeat(self._eye[None], len(rays), axis=0)
         colors = np.zeros((len(pixels), 4), np.float32)
         for hits in scene.layers(eyes, rays):
@@ -142,10 +143,10 @@ class RayRenderer:
                     colors[places] += (1 - colors[places, 3:]) * under
         return colors
 
-    def _rays(self, pixels: NDArray[np.intp], offset: tuple[float, float]) -> Float32Array:
+    def _rays(self, pixels: NDArray[np.intp], offsets: FloatArray) -> Float32Array:
         width, height = self._size
-        x = (pixels % width + 0.5 + offset[0]) / width * 2 - 1
-        y = 1 - (pixels // width + 0.5 + offset[1]) / height * 2
+        x = (pixels % width + 0.5 + offsets[..., 0]) / width * 2 - 1
+        y = 1 - (pixels // width + 0.5 + offsets[..., 1]) / height * 2
         local = np.stack(
             [x * self._reach * width / height, y * self._reach, -np.ones(len(pixels))], axis=1
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -114,8 +115,12 @@ def dress(head: HeadModel, look: Look, *, finer: bool = True) -> HeadModel:
     return dressed
 
 
+@lru_cache(maxsize=2)
 def dressed(head: HeadModel) -> HeadModel:
-    """A head as it is drawn: with its look, or as it is where it has none."""
+    """A head as it is drawn: with its look, or as it is where it has none.
+
+    Kept for the next file of the same head: a page, a film and a scene of one take dress it once.
+    """
     look = head.look
     return dress(head, look) if look is not None and wearable(head) else head
 

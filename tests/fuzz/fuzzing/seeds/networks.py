@@ -58,7 +58,7 @@ def shipped(*names: str):
 
 
 def trunks(folder: Path) -> None:
-    """A narrow trunk of two layers: what is judged is what is made of a file, not its weights.
+    """A narrow trunk of one layer: what is judged is what is made of a file, not its weights.
 
     The one that ships is 14 MB, which are written, read and run for every case.
     """
@@ -71,7 +71,7 @@ def trunks(folder: Path) -> None:
     trunk = Trunk(
         TrunkConfig(
             width=16,
-            layers=2,
+            layers=1,
             mouth_layer=1,
             heads=2,
             history=20,
