@@ -52,7 +52,7 @@ PARTING = (
 )
 JAW_LEFT_IN_CLOSURE = 0.30  # share of the neighbours' jaw opening that a p keeps behind its lips
 # Over which the lower lip reaches the teeth no more.
-BITTEN_MOST = {"jawOpen": 0.12, "mouthPucker": 0.08}
+BITTEN_MOST = {"jawOpen": 0.12, "mouthPucker": 0.03}
 HELD_FROM = 0.7  # of a contact that is asked for: from there on it is made
 ONE_SIDED_SMILE = 0.45  # of a whole unit of asymmetry, on the side that it favours
 CHEEK_OF_SMILE = 0.6  # how much a smile lifts the cheek
@@ -346,6 +346,7 @@ def _bite(curves: dict[str, FloatArray], gate: FloatArray) -> None:
     curves["mouthLabiodental"] = np.maximum(curves["mouthLabiodental"], gate)
     for name, most in BITTEN_MOST.items():
         curves[name] = np.minimum(curves[name], 1 - gate * (1 - most))
+    curves["jawOpen"] = np.maximum(curves["jawOpen"], gate * LABIODENTAL["jawOpen"])
     close = np.maximum(curves["jawOpen"] - LABIODENTAL["jawOpen"], 0)
     curves["mouthClose"] = (1 - gate) * curves["mouthClose"] + gate * close
 

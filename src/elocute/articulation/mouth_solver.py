@@ -122,6 +122,9 @@ def mouth_curves(
     jaw, narrow = response.rest[JAW] + BITTEN_JAW_MM, response.rest[WIDTH] - BITTEN_NARROWER_MM
     wanted[:, JAW] -= at_teeth * np.maximum(wanted[:, JAW] - jaw, 0)
     wanted[:, WIDTH] += at_teeth * np.maximum(narrow - wanted[:, WIDTH], 0)
+    # A lip that is rolled in stands back and is short: nothing else makes up for that.
+    rolled = [PROTRUSION, UPPER, LOWER]
+    wanted[:, rolled] += at_teeth[:, None] * response.effects[bitten, rolled]
     wanted[:, OPENING] += at_teeth * (1 - sealed) * (BITTEN_MM - wanted[:, OPENING])
     return corrected_curves(response, np.clip(base, 0, 1), wanted, freedom, TOLERANCE_MM, seal)
 

@@ -34,7 +34,7 @@ from elocute.motion.mouth_measures import TRACKED_CLOSED, TRACKED_RESTING
 from elocute.numerics.correlation import pearson
 
 MouthPredictor = Callable[[Path], Curves]
-"""Sound file to `opening_mm, width_mm, …` as `measure_mouth` gives them."""
+"""Sound file to `opening_mm, width_mm, …` as `measure_as_tracked` gives them."""
 SpeechFinder = Callable[[Path], NDArray[np.bool_]]
 """Sound file to (row,) whether somebody speaks, at FEATURE_RATE."""
 
@@ -272,7 +272,7 @@ def measure_tracked_mouth(
     recorded : TrackedMouth
         The recording.
     predicted : Curves
-        `opening_mm` and `width_mm`, perhaps `protrusion_mm`, as from `measure_mouth`.
+        `opening_mm` and `width_mm`, perhaps `protrusion_mm`, as from `measure_as_tracked`.
     eye_distance_mm : float
         Distance of the outer eye corners of the predicted head, mm.
     speaking : (row,) bool
@@ -525,7 +525,7 @@ def evaluate_tracked_mouths(
     folder : str or Path
         In either layout of `tracked_mouths`.
     predict : callable
-        Takes a sound file and gives Curves of the mouth, as from `measure_mouth`.
+        Takes a sound file and gives Curves of the mouth, as from `measure_as_tracked`.
     eye_distance_mm : float
         Distance of the outer eye corners of the predicted head, mm.
     names : list of str, optional

@@ -33,7 +33,7 @@ from elocute.evaluation.wild_parts import (
 from elocute.head.builtin import load_builtin_head
 from elocute.models.crnn_network import JOINS, CrnnNetwork, stream_weights
 from elocute.motion.curves import ARKIT_NAMES
-from elocute.motion.mouth_measures import measure_mouth
+from elocute.motion.mouth_measures import measure_as_tracked
 from elocute.networks.crnn import Crnn, SharedCrnn
 from elocute.training.crnn.feature_cache import (
     CachedClip,
@@ -363,7 +363,7 @@ def score_talker(
     for name, chosen in (("crnn", model), ("voca", "voca"), ("articulation", "articulation")):
         report = evaluate_tracked_mouths(
             folder,
-            lambda sound, chosen=chosen: measure_mouth(
+            lambda sound, chosen=chosen: measure_as_tracked(
                 animate(sound, model=chosen, contacts=contacts, life=0).motion
             ),
             eye_mm,

@@ -46,7 +46,7 @@ def real_command(
     from elocute.cli.tables import check_tables, write_tables
     from elocute.evaluation.tracked_mouth_scores import evaluate_tracked_mouths, heard_speech
     from elocute.head.builtin import load_builtin_head
-    from elocute.motion.mouth_measures import measure_mouth
+    from elocute.motion.mouth_measures import measure_as_tracked
 
     files = check_tables(table)
     plan = plan_files((folder,), files, overwrite, no_clobber)
@@ -55,7 +55,7 @@ def real_command(
 
     def predict(sound: Path, contacts: str) -> Curves:
         settings = {"style": style, "strength": strength, "model": model, "mix": mix}
-        return measure_mouth(animate(sound, contacts=contacts, life=0, **settings).motion)
+        return measure_as_tracked(animate(sound, contacts=contacts, life=0, **settings).motion)
 
     found = {}
     for each in shown:
