@@ -162,22 +162,21 @@ def on_its_mesh(name: str, motion: Motion, face: Character) -> None:
     assert own is not None
     curves = tuple(each for each in motion.head.expression_names if is_of_mouth(each))
     ours, columns = builtin_mouth(curves), [motion.head.expression_index(each) for each in curves]
-    scale = 1000 * ours.seam.width / own.seam.width
+    scale = 1000 * ours.width / own.width
     take = 1000 * motion.weights[:, columns] @ ours.effects
     wanted = np.maximum(take[:, MIDDLE].mean(axis=1), 0)
-    looks, visemes = [each.looks for each in mouth], [each.viseme for each in mouth]
+    looks = [each.looks for each in mouth]
     moved = character_motion(motion, face).controls
     measured = np.stack([moved[each.name] for each in mouth], axis=1)
     if mouth[0].fitted:
-        named = fit_controls(motion, looks, visemes=visemes).weights
+        named = fit_controls(motion, looks).weights
     else:
         shares = np.array([[each.shares.get(curve, 0.0) for each in mouth] for curve in curves])
         named = np.minimum(motion.weights[:, columns] @ shares, 1)
-    whole = [is_whole_mouth(look) or viseme for look, viseme in zip(looks, visemes, strict=True)]
-    whole = np.array(whole) & mouth[0].fitted
+    whole = np.array([is_whole_mouth(look) and mouth[0].fitted for look in looks])
     shut = motion.weights[:, motion.names.index("mouthPressLeft")] > SEALED
     for how, weights in (("names", named), ("its mesh", measured)):
-        had = scale * (weights @ own.effects + np.pad(own.seam.gaps, (0, 2)))
+        had = scale * (weights @ own.effects + np.pad(own.gaps, (0, 2)))
         gap, count = had[:, MIDDLE].mean(axis=1), len(SHARES)
         cells = [
             *_agreement(gap, wanted, wanted > OPEN_MM),

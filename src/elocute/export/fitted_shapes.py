@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from elocute.array_types import Float32Array
+from elocute.array_types import Float32Array, Float64Array
 from elocute.errors import OutputError
 from elocute.head.feeling_shapes import both_sides
 from elocute.head.model import HeadModel
@@ -84,6 +85,10 @@ class FittedShapes:
             found[:, self.names.index(self.silent)] = np.maximum(rest, 0)
         return found
 
+    def shown(self, motion: Motion) -> Float32Array:
+        """(frame, component) the weights of the head's shapes that the targets look like."""
+        return self.weights(motion) @ self.looks
+
     def report(self, motion: Motion) -> dict[str, Any]:
         """What the fit leaves.
 
@@ -112,7 +117,7 @@ class FittedShapes:
                 for name, peak in zip(motion.names, peaks, strict=True)
                 if peak > LEFT_OUT and not is_of_mouth(name) and name not in carried
             ],
-            "take_mm": round(1000 * self._farthest(motion), 3),
+            "take_mm": round(float(farthest_mm(motion, self.shown(motion)).max(initial=0)), 3),
         }
 
     def _fit(self, motion: Motion) -> ControlFit:
@@ -126,34 +131,26 @@ class FittedShapes:
             self._known[id(motion)] = (motion, fit_controls(motion, looks))
         return self._known[id(motion)][1]
 
-    def _farthest(self, motion: Motion) -> float:
-        """The farthest that a vertex is from where the motion has it, m."""
-        off = self.weights(motion) @ self.looks - motion.weights
-        used = np.flatnonzero(np.abs(off).max(axis=0, initial=0) > 0)
-        basis = motion.head.expression_basis[used]
-        farthest = 0.0
-        for start in range(0, len(off), BLOCK):
-            apart = np.tensordot(off[start : start + BLOCK, used], basis, 1)
-            farthest = max(farthest, float((apart**2).sum(axis=2).max(initial=0)))
-        return farthest**0.5
+
+def farthest_mm(
+    motion: Motion, shown: Float32Array, vertices: NDArray[np.integer] | slice = slice(None)
+) -> Float64Array:
+    """(frame,) the farthest that a vertex is from where the motion has it, where weights `shown`
+    (frame, component) of the head's shapes are seen in its place."""
+    off = shown - motion.weights
+    used = np.flatnonzero(np.abs(off).max(axis=0, initial=0) > 0)
+    basis = motion.head.expression_basis[used][:, vertices]
+    found = np.zeros(len(off))
+    for start in range(0, len(off), BLOCK):
+        apart = np.tensordot(off[start : start + BLOCK, used], basis, 1)
+        found[start : start + BLOCK] = (apart**2).sum(axis=2).max(axis=1, initial=0)
+    return 1000 * np.sqrt(found)
 
 
 def oculus_shapes(head: HeadModel) -> FittedShapes:
     """The fifteen visemes, and after them the head's shapes that are not of the mouth.
 
-    Parameters
-    ----------
-    head : HeadModel
-        With ARKit's shapes and the speech shapes.
-
-    Returns
-    -------
-    FittedShapes
-
-    Raises
-    ------
-    OutputError
-        For another head.
+    Raises OutputError for a head without ARKit's shapes.
     """
     others = [name for name in head.expression_names if not is_of_mouth(name)]
     looks = OCULUS_SHAPES | {name: {name: 1.0} for name in others}
@@ -170,19 +167,7 @@ def oculus_shapes(head: HeadModel) -> FittedShapes:
 def vrm_shapes(head: HeadModel) -> FittedShapes:
     """The expressions of VRM 1.0: vowels, lids and gaze, which move, and feelings, which rest.
 
-    Parameters
-    ----------
-    head : HeadModel
-        With ARKit's shapes.
-
-    Returns
-    -------
-    FittedShapes
-
-    Raises
-    ------
-    OutputError
-        For another head.
+    Raises OutputError for a head without ARKit's shapes.
     """
     feelings = {
         name: both_sides(looks, head.expression_names) for name, looks in VRM_FEELINGS.items()

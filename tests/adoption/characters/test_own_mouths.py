@@ -14,9 +14,9 @@ from elocute.export.character_weights import character_motion
 from elocute.files.gltf_document import gltf_document
 from elocute.head.builtin import load_builtin_head
 from elocute.head.viseme_shapes import VISEME_SHAPES
-from elocute.motion.control_fit import fit_controls
+from elocute.motion.control_fit import builtin_mouth, fit_controls
 from elocute.motion.mouth_measures import measure_mouth
-from elocute.motion.mouth_seam import SHARES, find_seam
+from elocute.motion.mouth_seam import SHARES, find_mouth
 from tests.support.strange_heads import (
     VISEMES,
     arkit_shapes,
@@ -166,8 +166,8 @@ def test_a_mouth_is_found_wherever_the_face_looks_and_in_any_unit(opened):
     assert other.facing_deg == 180
     mouths = [measured_mouth(each) for each in (plain, other)]
     assert mouths[0] is not None and mouths[1] is not None
-    assert mouths[1].seam.width == pytest.approx(100 * mouths[0].seam.width, rel=1e-3)
-    assert mouths[0].seam.width == pytest.approx(0.03, rel=0.2)
+    assert mouths[1].width == pytest.approx(100 * mouths[0].width, rel=1e-3)
+    assert mouths[0].width == pytest.approx(0.03, rel=0.2)
     # A alone: 25 mm, in the middle.
     by_name = dict(zip((c.name for c in plain.controls), mouths[0].effects, strict=True))
     assert by_name["Fcl_MTH_A"][len(SHARES) // 2] == pytest.approx(0.025, rel=0.05)
@@ -175,25 +175,29 @@ def test_a_mouth_is_found_wherever_the_face_looks_and_in_any_unit(opened):
 
 def test_a_sheet_without_a_slit_has_no_mouth():
     points, triangles, shapes = drawn_face()
-    whole = np.unique(points.round(9), axis=0, return_inverse=True)[1].ravel()[triangles]
-    joined = np.unique(points.round(9), axis=0)
+    joined, place = np.unique(points.round(9), axis=0, return_inverse=True)
     drop = np.exp(-np.square((joined[:, 1] + 0.06) / 0.02)) * 0.02
-    assert find_seam(joined, whole, drop) is None
-    assert find_seam(points, triangles, -shapes["A"][:, 1]) is not None
-    assert find_seam(points, triangles, np.zeros(len(points))) is None
+
+    def moved(used):
+        return np.zeros((1, len(used), 3))
+
+    assert find_mouth(joined, place.ravel()[triangles], drop, moved) is None
+    assert find_mouth(points, triangles, -shapes["A"][:, 1], moved) is not None
+    assert find_mouth(points, triangles, np.zeros(len(points)), moved) is None
 
 
 def test_the_built_in_mouth_is_where_its_lips_are():
     head = load_builtin_head()
-    drop = -head.expression_basis[head.expression_index("jawOpen"), :, 1].astype(float)
-    seam = find_seam(head.template.astype(float), head.triangles, drop)
-    assert seam is not None
-    places = np.einsum("pc,pca->pa", seam.mixes, head.template[seam.corners])
-    inner = head.template[head.inner_corners]
-    assert seam.width == pytest.approx(np.ptp(inner[:, 0]), rel=0.05)
-    middle = head.template[head.inner_lip_upper[len(head.inner_lip_upper) // 2]]
-    assert np.abs(places[len(SHARES) // 2] - middle).max() < 0.001
-    assert seam.gaps.max() < 1e-4  # they touch
+    mouth = builtin_mouth(("jawOpen", "mouthClose", "mouthPucker"))
+    assert mouth.width == pytest.approx(np.ptp(head.template[head.inner_corners, 0]), rel=0.05)
+    assert mouth.gaps.max() < 1e-4  # they touch
+    opened, closed, rounded = mouth.effects
+    middle = len(SHARES) // 2
+    lips = head.inner_lip_upper[6], head.inner_lip_lower[6]
+    jaw = head.expression_basis[head.expression_index("jawOpen")]
+    assert opened[middle] == pytest.approx(jaw[lips[0], 1] - jaw[lips[1], 1], rel=0.02)
+    assert opened[:-2] + closed[:-2] == pytest.approx(0, abs=1e-3)
+    assert rounded[-2] < -0.02 and opened[-1] > 0.015
 
 
 def test_vertices_that_cannot_be_read_leave_the_names(take, opened):
