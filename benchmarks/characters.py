@@ -189,9 +189,10 @@ def on_its_mesh(name: str, motion: Motion, face: Character) -> None:
         print(f"| {name} | {how} | {' | '.join(cells)} |")
 
 
-def _agreement(had: np.ndarray, wanted: np.ndarray, where: object = slice(None)) -> list[str]:
+def _agreement(had: np.ndarray, wanted: np.ndarray, used: np.ndarray | None = None) -> list[str]:
     """Correlation, and size as a share of what is wanted."""
-    size = (had * wanted)[where].sum() / np.square(wanted[where]).sum()
+    part = np.ones(len(had), bool) if used is None else used
+    size = (had * wanted)[part].sum() / np.square(wanted[part]).sum()
     return [f"{np.corrcoef(had, wanted)[0, 1]:.3f}", f"{size:.2f}"]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -63,30 +64,24 @@ class _Mesh:
 
     def __init__(self, character: Character) -> None:
         document = character.document
-        nodes = [
-            node if number in character.nodes else {k: node[k] for k in node if k != "mesh"}
-            for number, node in enumerate(document.records("nodes"))
-        ]
-        plain = {
-            "nodes": nodes,
-            "images": [],
-            "materials": [{}] * len(document.records("materials")),
-        }
+        plain: dict[str, Any] = {"images": []}
+        plain["materials"] = [{} for _ in document.records("materials")]
         bare = replace(document, record=document.record | plain)
-        self._parts = document_parts(bare, Path(character.name), HeadError)
+        parts = [(p, p.origin) for p in document_parts(bare, Path(character.name), HeadError)]
+        self._parts = [(p, at) for p, at in parts if at and at.node in character.nodes]
         self._arrays, self._meshes = GltfArrays(document), document.records("meshes")
         self._axes = character.axes
-        self._starts = np.cumsum([0, *(len(part.vertices) for part in self._parts)])
-        self.points = np.concatenate([part.vertices for part in self._parts]) @ self._axes
-        triangles = [p.triangles + at for p, at in zip(self._parts, self._starts, strict=False)]
-        self.triangles = np.concatenate(triangles)
+        self._starts = np.cumsum([0, *(len(part.vertices) for part, _ in self._parts)])
+        self.points = np.concatenate([part.vertices for part, _ in self._parts]) @ self._axes
+        self.triangles = np.concatenate(
+            [p.triangles + at for (p, _), at in zip(self._parts, self._starts, strict=False)]
+        )
 
     def moved(self, control: Control, used: IntArray | None = None) -> Float64Array:
         """(vertex, 3) of a control in full; used: rising, of all vertices."""
         found = []
-        for part, start in zip(self._parts, self._starts, strict=False):
-            origin, rows = part.origin, np.arange(len(part.vertices))
-            assert origin is not None
+        for (part, origin), start in zip(self._parts, self._starts, strict=False):
+            rows = np.arange(len(part.vertices))
             if used is not None:
                 rows = used[(used >= start) & (used < start + len(rows))] - start
             total = np.zeros((len(rows), 3))

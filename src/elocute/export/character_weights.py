@@ -86,8 +86,7 @@ def _control_weights(
         given = None if fitted else np.stack([found[each.name] for each in mouth], axis=1)
         fit = fit_controls(motion, [each.looks for each in mouth], own, given)
         found |= {each.name: fit.weights[:, place] for place, each in enumerate(mouth)}
-        told = (("skin", fit.skin_mm), ("opening", fit.opening_mm), ("closed", fit.closed_mm))
-        residual = {name: round(value, 3) for name, value in told}
+        residual = fit.residual()
     for control in controls:
         if control.switch:
             found[control.name] = (found[control.name] >= SWITCHED).astype(np.float32)

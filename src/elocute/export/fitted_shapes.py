@@ -62,18 +62,7 @@ class FittedShapes:
     _known: dict[int, tuple[Motion, ControlFit]] = field(default_factory=dict, repr=False)
 
     def weights(self, motion: Motion) -> Float32Array:
-        """The weights of the targets over a motion.
-
-        Parameters
-        ----------
-        motion : Motion
-            Of the head.
-
-        Returns
-        -------
-        (frame, target) float32
-            0 to 1, but where a curve that is taken over is beyond.
-        """
+        """(frame, target) weights, 0 to 1, but where a curve that is taken over is beyond."""
         found = np.zeros((motion.frame_count, len(self.names)), np.float32)
         columns = [self.names.index(name) for name in self.fitted]
         found[:, columns] = self._fit(motion).weights
@@ -92,26 +81,17 @@ class FittedShapes:
     def report(self, motion: Motion) -> dict[str, Any]:
         """What the fit leaves.
 
-        Parameters
-        ----------
-        motion : Motion
-            Of the head.
-
-        Returns
-        -------
-        dict of str
-            `mouth`: the targets that it is fitted with; `residual_mm`: how far the skin around it
-            is off (root mean square), the opening of the lips (mean), and the widest opening where
-            lips touch; `left_out`: curves that move and that no target has; `take_mm`: the
-            farthest that a vertex of any frame is from where the motion has it.
+        `mouth`: the targets that it is fitted with; `residual_mm`: how far the skin around it is
+        off (root mean square), the opening of the lips (mean), and the widest opening where lips
+        touch; `left_out`: curves that move and that no target has; `take_mm`: the farthest that a
+        vertex of any frame is from where the motion has it.
         """
         fit = self._fit(motion)
-        told = (("skin", fit.skin_mm), ("opening", fit.opening_mm), ("closed", fit.closed_mm))
         carried = {name for curves in self.shared.values() for name in curves}
         peaks = np.abs(motion.weights).max(axis=0, initial=0)
         return {
             "mouth": list(self.fitted),
-            "residual_mm": {name: round(value, 3) for name, value in told},
+            "residual_mm": fit.residual(),
             "left_out": [
                 name
                 for name, peak in zip(motion.names, peaks, strict=True)

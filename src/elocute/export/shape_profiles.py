@@ -84,18 +84,7 @@ class TargetShapes:
     folded: dict[str, dict[str, float]]
 
     def weights(self, motion: Motion) -> Float32Array:
-        """The weights of the targets over a motion.
-
-        Parameters
-        ----------
-        motion : Motion
-            Of the head.
-
-        Returns
-        -------
-        (frame, target) float32
-            What is folded in takes no target beyond one, or beyond what it had by itself.
-        """
+        """(frame, target) weights; what is folded in takes none beyond one, or what it had."""
         mixed = motion.weights @ self.mix
         for name in {part for parts in self.folded.values() for part in parts}:
             column, own = self.names.index(name), motion.names.index(name)
@@ -106,17 +95,9 @@ class TargetShapes:
     def report(self, motion: Motion) -> dict[str, Any]:
         """What folding leaves.
 
-        Parameters
-        ----------
-        motion : Motion
-            Of the head.
-
-        Returns
-        -------
-        dict of str
-            By the name of a folded shape: the targets that stand for it, and how far the skin is
-            from the shape at weight one, largest and mean over what it moves, mm; `take_mm`: the
-            farthest that a vertex of any frame is from where the motion has it.
+        By the name of a folded shape: the targets that stand for it, and how far the skin is from
+        the shape at weight one, largest and mean over what it moves, mm; `take_mm`: the farthest
+        that a vertex of any frame is from where the motion has it.
         """
         if not self.folded:
             return {}

@@ -34,7 +34,7 @@ SIDEWAYS = frozenset(("jawLeft", "jawRight", "mouthLeft", "mouthRight"))
 """What only moves as far as the motion does."""
 MOVED_M = 1e-4
 """What no shape of the mouth moves further than this is left out."""
-LIPS, GAP, SHUT = 4.0, 45.0, 700.0
+LIPS, GAP, SHUT, MEASURED_SHUT = 4.0, 45.0, 2500.0, 700.0
 """How much more a vertex of the lips counts, the gap between them, and that of lips that touch."""
 WIDTH, JAW = 25.0, 20.0
 """How much more than a vertex the width and the jaw of a measured mouth count."""
@@ -84,6 +84,11 @@ class ControlFit:
     skin_mm: float
     opening_mm: float
     closed_mm: float
+
+    def residual(self) -> dict[str, float]:
+        """What the fit leaves, as files tell it."""
+        told = (("skin", self.skin_mm), ("opening", self.opening_mm), ("closed", self.closed_mm))
+        return {name: round(value, 3) for name, value in told}
 
 
 @cache
@@ -137,7 +142,10 @@ def fit_controls(
     names = tuple(name for name in head.expression_names if is_of_mouth(name))
     columns = [head.expression_index(name) for name in names]
     taken = motion.weights[:, columns].astype(np.float64)
-    curves = taken if given is not None else _with_less_hidden_jaw(taken, names)
+    curves = taken.copy()
+    if given is None:  # what `mouthClose` hides of a jaw is in no viseme
+        pair = [names.index("jawOpen"), names.index("mouthClose")]
+        curves[:, pair] -= (1 - JAW_SEEN) * taken[:, pair].min(axis=1, keepdims=True)
     mixes = np.array([[look.get(name, 0.0) for name in names] for look in looks], np.float64)
     parts, rows = _rows(head, columns)
     low, high = np.zeros((len(curves), len(looks))), np.ones((len(curves), len(looks)))
@@ -150,20 +158,22 @@ def fit_controls(
         sides = curves @ skin @ mixes.T - SPARSE * mean
         for place, look in enumerate(looks):
             if look and SIDEWAYS.issuperset(look):  # two that pull against each other are no mouth
-                high[:, place] = min(1.0, max(float(_curve(motion, name).max()) for name in look))
+                high[:, place] = min(1.0, taken[:, [names.index(name) for name in look]].max())
     else:
         freedom = [max((FREEDOM.get(name, 0.0) for name in look), default=0.0) for look in looks]
         costs = (STIFF_M / np.maximum(freedom, 1e-3)) ** 2
         plain, sides, high = np.diag(costs), given * costs, np.maximum(given, 1)
         fixed = np.equal(freedom, 0)
         low[:, fixed] = high[:, fixed] = given[:, fixed]
-    seals = _seals(motion)
-    sealing = _closing(mixes, names)
+    seals = _seals(dict(zip(names, taken.T, strict=True)), measure_mouth(motion)["opening_mm"])
+    sealed = [VISEME_SHAPES["PP"].get(name, 0.0) for name in names]
+    sealing = np.flatnonzero(np.abs(mixes - sealed).max(axis=1, initial=0) < 1e-6)[:1]
     low[:, sealing] = seals[:, None]
     most = np.ones(len(curves)) if len(sealing) else 1 - seals
     effects, wanted, more, rest = _on_own_mesh(own, mixes, curves, names, seals, sealing, given)
     touching = np.exp(-((np.abs(wanted).mean(axis=1) / TOUCH_M) ** 2))
-    shares = (GAP**2 + (SHUT**2 - GAP**2) * touching) / len(SHARES)
+    shut = SHUT if own is None else MEASURED_SHUT
+    shares = (GAP**2 + (shut**2 - GAP**2) * touching) / len(SHARES)
     plain, sides = plain + more @ more.T, sides + rest @ more.T
     sides += shares[:, None] * (wanted @ effects.T)
     close = effects @ effects.T
@@ -223,37 +233,13 @@ def _on_own_mesh(
     return theirs[:, :count], gaps, much * theirs[:, count:], much * wanted[:, count:]
 
 
-def _closing(mixes: Float64Array, names: tuple[str, ...]) -> NDArray[np.intp]:
-    """(0 or 1,) the shape that seals the lips, of those that look like a p."""
-    sealed = [VISEME_SHAPES["PP"].get(name, 0.0) for name in names]
-    return np.flatnonzero(np.abs(mixes - sealed).max(axis=1, initial=0) < 1e-6)[:1]
-
-
-def _with_less_hidden_jaw(curves: Float64Array, names: tuple[str, ...]) -> Float64Array:
-    """Curves with `JAW_SEEN` of the jaw that `mouthClose` hides, which no viseme has."""
-    if not {"jawOpen", "mouthClose"} <= set(names):
-        return curves
-    pair = [names.index("jawOpen"), names.index("mouthClose")]
-    found = curves.copy()
-    found[:, pair] -= (1 - JAW_SEEN) * curves[:, pair].min(axis=1, keepdims=True)
-    return found
-
-
-def _seals(motion: Motion) -> Float64Array:
+def _seals(curves: dict[str, Float64Array], opening_mm: Float32Array) -> Float64Array:
     """(frame,) how far lips that touch are sealed, as for a p: pressed, or closed over the jaw."""
-    pressed = np.max([_curve(motion, name) for name in PRESS], axis=0)
-    pressed = pressed / VISEME_SHAPES["PP"][PRESS[0]]
-    jaw, over = _curve(motion, "jawOpen"), _curve(motion, "mouthClose")
+    pressed = np.max([curves[name] for name in PRESS], axis=0) / VISEME_SHAPES["PP"][PRESS[0]]
+    jaw, over = curves["jawOpen"], curves["mouthClose"]
     closed = np.minimum(over / np.maximum(jaw, 1e-6), 1) * np.minimum(over / ROLLED, 1)
-    near = (APART_MM - measure_mouth(motion)["opening_mm"]) / (APART_MM - SEALED_MM)
-    return np.clip(np.maximum(pressed, closed), 0, 1) * np.clip(near, 0, 1)
-
-
-def _curve(motion: Motion, name: str) -> Float64Array:
-    """(frame,) of a curve; zeros where the head has none."""
-    if name not in motion.names:
-        return np.zeros(motion.frame_count)
-    return motion.weights[:, motion.names.index(name)].astype(np.float64)
+    near = np.clip((APART_MM - opening_mm) / (APART_MM - SEALED_MM), 0, 1).astype(np.float64)
+    return near * np.clip(np.maximum(pressed, closed), 0, 1)
 
 
 def _rows(head: HeadModel, columns: list[int]) -> tuple[Float64Array, Float64Array]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -101,7 +102,9 @@ def find_mouth(
     xs = np.array(sorted(found))
     lips = [found[xs[np.abs(xs - x).argmin()]] for x in xs[0] + np.ptp(xs) * np.array(SHARES)]
     width, seam = float(np.ptp(xs)), np.mean([each.y for each in lips])
-    chin = front.chin(xs.mean(), seam - width * np.linspace(0.2, CHIN_REACH, FINE))
+    below = seam - width * np.linspace(0.2, CHIN_REACH, FINE)
+    corners, mixes, depth = front.line(xs.mean(), below)
+    chin = corners[best := (depth - below).argmax()], mixes[best]  # farthest ahead and down
     ends = [found[xs[-1]], found[xs[0]]]
     places = [each.upper for each in lips + ends] + [each.lower for each in lips + ends] + [chin]
     used, corners = np.unique([each for each, _ in places], return_inverse=True)
@@ -113,8 +116,7 @@ def find_mouth(
     return MeasuredMouth(np.array([each.gap for each in lips]), width, effects)
 
 
-@dataclass(frozen=True, eq=False)
-class _Tear:
+class _Tear(NamedTuple):
     """Where a vertical line crosses the seam."""
 
     jump: float
@@ -135,7 +137,7 @@ class _Front:
 
     def torn(self, x: float, ys: Float64Array) -> _Tear | None:
         """The place on the line at x where it tears most; ys: (row,) falling."""
-        corners, mixes, depth = self._line(x, ys)
+        corners, mixes, depth = self.line(x, ys)
         step = ys[0] - ys[1]
         closed = _closed(depth, max(1, int(RECESS * self.wide / step)))
         seen = np.flatnonzero(np.isfinite(depth) & (depth >= closed - DEEP * self.wide))
@@ -155,13 +157,7 @@ class _Front:
         upper, lower = ((corners[row], mixes[row]) for row in ends)
         return _Tear(jump, y, float(ys[ends[0]] - ys[ends[1]] - step), upper, lower)
 
-    def chin(self, x: float, ys: Float64Array) -> _Place:
-        """The place on the line at x that is farthest ahead and down."""
-        corners, mixes, depth = self._line(x, ys)
-        best = int((depth - ys).argmax())
-        return corners[best], mixes[best]
-
-    def _line(self, x: float, ys: Float64Array) -> tuple[IntArray, Float64Array, Float64Array]:
+    def line(self, x: float, ys: Float64Array) -> tuple[IntArray, Float64Array, Float64Array]:
         """Corners (row, 4), mixes (row, 4) and depth (row,), -inf where there is nothing."""
         side = self.points[self.triangles, 0] - x
         crossed = (side.min(axis=1) < 0) & (side.max(axis=1) >= 0)
