@@ -162,22 +162,21 @@ def on_its_mesh(name: str, motion: Motion, face: Character) -> None:
     assert own is not None
     curves = tuple(each for each in motion.head.expression_names if is_of_mouth(each))
     ours, columns = builtin_mouth(curves), [motion.head.expression_index(each) for each in curves]
-    scale = 1000 * ours.seam.width / own.seam.width
+    scale = 1000 * ours.width / own.width
     take = 1000 * motion.weights[:, columns] @ ours.effects
     wanted = np.maximum(take[:, MIDDLE].mean(axis=1), 0)
-    looks, visemes = [each.looks for each in mouth], [each.viseme for each in mouth]
+    looks = [each.looks for each in mouth]
     moved = character_motion(motion, face).controls
     measured = np.stack([moved[each.name] for each in mouth], axis=1)
     if mouth[0].fitted:
-        named = fit_controls(motion, looks, visemes=visemes).weights
+        named = fit_controls(motion, looks).weights
     else:
         shares = np.array([[each.shares.get(curve, 0.0) for each in mouth] for curve in curves])
         named = np.minimum(motion.weights[:, columns] @ shares, 1)
-    whole = [is_whole_mouth(look) or viseme for look, viseme in zip(looks, visemes, strict=True)]
-    whole = np.array(whole) & mouth[0].fitted
+    whole = np.array([is_whole_mouth(look) and mouth[0].fitted for look in looks])
     shut = motion.weights[:, motion.names.index("mouthPressLeft")] > SEALED
     for how, weights in (("names", named), ("its mesh", measured)):
-        had = scale * (weights @ own.effects + np.pad(own.seam.gaps, (0, 2)))
+        had = scale * (weights @ own.effects + np.pad(own.gaps, (0, 2)))
         gap, count = had[:, MIDDLE].mean(axis=1), len(SHARES)
         cells = [
             *_agreement(gap, wanted, wanted > OPEN_MM),
@@ -190,9 +189,10 @@ def on_its_mesh(name: str, motion: Motion, face: Character) -> None:
         print(f"| {name} | {how} | {' | '.join(cells)} |")
 
 
-def _agreement(had: np.ndarray, wanted: np.ndarray, where: object = slice(None)) -> list[str]:
+def _agreement(had: np.ndarray, wanted: np.ndarray, used: np.ndarray | None = None) -> list[str]:
     """Correlation, and size as a share of what is wanted."""
-    size = (had * wanted)[where].sum() / np.square(wanted[where]).sum()
+    part = np.ones(len(had), bool) if used is None else used
+    size = (had * wanted)[part].sum() / np.square(wanted[part]).sum()
     return [f"{np.corrcoef(had, wanted)[0, 1]:.3f}", f"{size:.2f}"]
 
 

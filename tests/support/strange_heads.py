@@ -77,7 +77,7 @@ def viseme_shapes(opening: float = 1.0) -> dict[str, Floats]:
     single["jawOpen"] = opening * single["jawOpen"]
     single["mouthClose"] = opening * single["mouthClose"]
     return {
-        name: sum((share * single[each] for each, share in VISEME_SHAPES[name].items()), 0.0)
+        name: np.sum([share * single[n] for n, share in VISEME_SHAPES[name].items()], axis=0)
         for name in VISEMES
     }
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,11 +13,11 @@ from elocute.errors import ElocuteError, HeadError
 from elocute.files.gltf_arrays import GltfArrays
 from elocute.files.mesh_parts import document_parts
 from elocute.head.character import Character, Control
-from elocute.motion.control_fit import MeasuredMouth, is_of_mouth
-from elocute.motion.mouth_seam import find_seam
+from elocute.motion.control_fit import is_of_mouth
+from elocute.motion.mouth_seam import MeasuredMouth, find_mouth
 
-TRIED = 3
-"""Shapes that open the jaw, on which a seam is looked for, the widest first."""
+OPENERS = 3
+"""Shapes that open the jaw widest, by which together a mouth is found."""
 
 
 def mouth_controls(character: Character) -> list[Control]:
@@ -35,29 +37,26 @@ def measured_mouth(character: Character) -> MeasuredMouth | None:
     Returns
     -------
     MeasuredMouth or None
-        What `mouth_controls` do; None where its mesh cannot be read, or has no lips that these
-        part.
+        With the effects of `mouth_controls`; None where its mesh cannot be read, or has no lips
+        that these part.
     """
     controls = mouth_controls(character)
     openers = [each for each in controls if each.binds and each.looks.get("jawOpen", 0.0) > 0]
     openers.sort(key=lambda each: -each.looks["jawOpen"])
     try:
         with np.errstate(all="ignore"):
-            return _measured(_Mesh(character), openers[:TRIED], controls)
+            mesh = _Mesh(character)
+            drop = -np.sum([mesh.moved(each)[:, 1] for each in openers[:OPENERS]], axis=0)
+            mouth = find_mouth(
+                mesh.points,
+                mesh.triangles,
+                drop,
+                lambda used: np.stack([mesh.moved(each, used) for each in controls]),
+            )
+        return mouth if mouth is not None and np.isfinite(mouth.effects).all() else None
     # It speaks without: nothing else needs its vertices, which may be damaged or packed.
     except (ElocuteError, ArithmeticError, ValueError, TypeError, LookupError, MemoryError):
         return None
-
-
-def _measured(mesh: _Mesh, openers: list[Control], controls: list[Control]) -> MeasuredMouth | None:
-    for opener in openers:
-        seam = find_seam(mesh.points, mesh.triangles, -mesh.moved(opener)[:, 1])
-        if seam is not None:
-            used, corners = np.unique(seam.corners, return_inverse=True)
-            at = corners.reshape(seam.corners.shape)
-            rows = np.stack([seam.measures(mesh.moved(each, used)[at]) for each in controls])
-            return MeasuredMouth(seam, rows) if np.isfinite(rows).all() else None
-    return None
 
 
 class _Mesh:
@@ -65,24 +64,24 @@ class _Mesh:
 
     def __init__(self, character: Character) -> None:
         document = character.document
-        name = Path(character.name)
-        self._parts = document_parts(document, name, HeadError, nodes=character.nodes)
+        plain: dict[str, Any] = {"images": []}
+        plain["materials"] = [{} for _ in document.records("materials")]
+        bare = replace(document, record=document.record | plain)
+        parts = [(p, p.origin) for p in document_parts(bare, Path(character.name), HeadError)]
+        self._parts = [(p, at) for p, at in parts if at and at.node in character.nodes]
         self._arrays, self._meshes = GltfArrays(document), document.records("meshes")
-        angle = np.radians(character.facing_deg)
-        self._axes = np.array(
-            [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
+        self._axes = character.axes
+        self._starts = np.cumsum([0, *(len(part.vertices) for part, _ in self._parts)])
+        self.points = np.concatenate([part.vertices for part, _ in self._parts]) @ self._axes
+        self.triangles = np.concatenate(
+            [p.triangles + at for (p, _), at in zip(self._parts, self._starts, strict=False)]
         )
-        self._starts = np.cumsum([0, *(len(part.vertices) for part in self._parts)])
-        self.points = np.concatenate([part.vertices for part in self._parts]) @ self._axes
-        triangles = [p.triangles + at for p, at in zip(self._parts, self._starts, strict=False)]
-        self.triangles = np.concatenate(triangles)
 
     def moved(self, control: Control, used: IntArray | None = None) -> Float64Array:
         """(vertex, 3) of a control in full; used: rising, of all vertices."""
         found = []
-        for part, start in zip(self._parts, self._starts, strict=False):
-            origin, rows = part.origin, np.arange(len(part.vertices))
-            assert origin is not None
+        for (part, origin), start in zip(self._parts, self._starts, strict=False):
+            rows = np.arange(len(part.vertices))
             if used is not None:
                 rows = used[(used >= start) & (used < start + len(rows))] - start
             total = np.zeros((len(rows), 3))

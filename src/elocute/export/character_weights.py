@@ -67,7 +67,7 @@ def character_motion(motion: Motion, character: Character) -> CharacterMotion:
     tree = NodeTree(character.document)
     turns: dict[int, Float32Array] = {}
     for turn in character.turns:
-        turned = _turned(motion, turn, controls, tree, character.facing_deg)
+        turned = _turned(motion, turn, controls, tree, character.axes)
         if turned is not None:
             turns[turn.node] = turned
     return CharacterMotion(_target_weights(character, controls), turns, controls, residual)
@@ -84,11 +84,9 @@ def _control_weights(
     fitted = any(each.fitted for each in mouth)
     if fitted or own is not None:
         given = None if fitted else np.stack([found[each.name] for each in mouth], axis=1)
-        visemes = [each.viseme and each.fitted for each in mouth]
-        fit = fit_controls(motion, [each.looks for each in mouth], own, given, visemes)
+        fit = fit_controls(motion, [each.looks for each in mouth], own, given)
         found |= {each.name: fit.weights[:, place] for place, each in enumerate(mouth)}
-        told = (("skin", fit.skin_mm), ("opening", fit.opening_mm), ("closed", fit.closed_mm))
-        residual = {name: round(value, 3) for name, value in told}
+        residual = fit.residual()
     for control in controls:
         if control.switch:
             found[control.name] = (found[control.name] >= SWITCHED).astype(np.float32)
@@ -165,7 +163,7 @@ def _turned(
     turn: Turn,
     controls: dict[str, Float32Array],
     tree: NodeTree,
-    facing_deg: float,
+    facing: Float64Array,
 ) -> Float32Array | None:
     """(frame, 4) xyzw of a joint; None where it rests throughout, or cannot be turned."""
     wanted = no_turn(motion.frame_count).astype(np.float64)
@@ -182,10 +180,6 @@ def _turned(
     record, axes = without_matrix(tree.nodes[turn.node]), tree.axes(turn.node)
     if record is None or axes is None or np.abs(wanted[:, 1:]).max() < STILL:
         return None
-    angle = np.radians(facing_deg)
-    facing = np.array(
-        [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
-    )
     # From the built-in head's axes to the scene's, to those of what the joint hangs from; where
     # these are a mirror image, turns go the other way round.
     axis = np.linalg.det(axes) * wanted[:, 1:] @ facing.T @ axes
@@ -203,19 +197,7 @@ def _without_leaps(turns: Float64Array) -> Float64Array:
 
 
 def told(character: Character, moved: CharacterMotion) -> dict[str, Any]:
-    """What was done, for the file.
-
-    Parameters
-    ----------
-    character : Character
-        The character.
-    moved : CharacterMotion
-        Its motion.
-
-    Returns
-    -------
-    dict of str
-    """
+    """What was done, for the file."""
     record: dict[str, Any] = {
         "controls": [control.name for control in character.controls if control.binds],
         "joints": [turn.node for turn in character.turns if turn.node in moved.turns],

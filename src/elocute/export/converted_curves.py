@@ -8,18 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from elocute.array_types import Float64Array
 from elocute.errors import OutputError
 from elocute.export.curves_json import FORMAT, VERSION
-from elocute.export.shape_profiles import Targets, target_shapes
+from elocute.export.fitted_shapes import farthest_mm
+from elocute.export.shape_profiles import target_shapes
 from elocute.files.atomic import write_atomically
 from elocute.motion.curves import Curves
 from elocute.motion.motion import Motion
 
 STANDARDS = ("arkit", "oculus", "vrm")
-BLOCK = 60  # frames at a time whose vertices are compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,22 +64,10 @@ def convert_curves(motion: Motion, standard: str) -> Conversion:
     if standard not in STANDARDS:
         raise OutputError.about("standard", found=repr(standard), allowed=", ".join(STANDARDS))
     targets = target_shapes(motion.head, standard)
-    weights = targets.weights(motion)
-    curves = Curves(weights, targets.names, motion.fps)
-    return Conversion(curves, _farthest_mm(motion, targets, weights), targets.report(motion))
-
-
-def _farthest_mm(motion: Motion, targets: Targets, weights: Any) -> Float64Array:
-    """(frame,) the farthest that a vertex of the face is off, mm."""
-    face = motion.head.regions.get("face", np.arange(motion.head.vertex_count))
-    both = np.concatenate([targets.basis[:, face], motion.head.expression_basis[:, face]])
-    change = np.concatenate([weights, -motion.weights], axis=1)
-    used = np.flatnonzero(np.abs(change).max(axis=0, initial=0) > 0)
-    farthest = [
-        np.linalg.norm(np.tensordot(change[start : start + BLOCK, used], both[used], 1), axis=2)
-        for start in range(0, len(change), BLOCK)
-    ]
-    return np.concatenate([1000 * rows.max(axis=1, initial=0) for rows in farthest]).astype(float)
+    curves = Curves(targets.weights(motion), targets.names, motion.fps)
+    face = motion.head.regions.get("face", slice(None))
+    left = farthest_mm(motion, targets.shown(motion), face)
+    return Conversion(curves, left, targets.report(motion))
 
 
 def write_curves(curves: Curves, path: str | Path) -> None:

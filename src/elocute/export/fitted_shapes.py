@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from elocute.array_types import Float32Array
+from elocute.array_types import Float32Array, Float64Array
 from elocute.errors import OutputError
 from elocute.head.feeling_shapes import both_sides
 from elocute.head.model import HeadModel
@@ -61,18 +62,7 @@ class FittedShapes:
     _known: dict[int, tuple[Motion, ControlFit]] = field(default_factory=dict, repr=False)
 
     def weights(self, motion: Motion) -> Float32Array:
-        """The weights of the targets over a motion.
-
-        Parameters
-        ----------
-        motion : Motion
-            Of the head.
-
-        Returns
-        -------
-        (frame, target) float32
-            0 to 1, but where a curve that is taken over is beyond.
-        """
+        """(frame, target) weights, 0 to 1, but where a curve that is taken over is beyond."""
         found = np.zeros((motion.frame_count, len(self.names)), np.float32)
         columns = [self.names.index(name) for name in self.fitted]
         found[:, columns] = self._fit(motion).weights
@@ -84,35 +74,30 @@ class FittedShapes:
             found[:, self.names.index(self.silent)] = np.maximum(rest, 0)
         return found
 
+    def shown(self, motion: Motion) -> Float32Array:
+        """(frame, component) the weights of the head's shapes that the targets look like."""
+        return self.weights(motion) @ self.looks
+
     def report(self, motion: Motion) -> dict[str, Any]:
         """What the fit leaves.
 
-        Parameters
-        ----------
-        motion : Motion
-            Of the head.
-
-        Returns
-        -------
-        dict of str
-            `mouth`: the targets that it is fitted with; `residual_mm`: how far the skin around it
-            is off (root mean square), the opening of the lips (mean), and the widest opening where
-            lips touch; `left_out`: curves that move and that no target has; `take_mm`: the
-            farthest that a vertex of any frame is from where the motion has it.
+        `mouth`: the targets that it is fitted with; `residual_mm`: how far the skin around it is
+        off (root mean square), the opening of the lips (mean), and the widest opening where lips
+        touch; `left_out`: curves that move and that no target has; `take_mm`: the farthest that a
+        vertex of any frame is from where the motion has it.
         """
         fit = self._fit(motion)
-        told = (("skin", fit.skin_mm), ("opening", fit.opening_mm), ("closed", fit.closed_mm))
         carried = {name for curves in self.shared.values() for name in curves}
         peaks = np.abs(motion.weights).max(axis=0, initial=0)
         return {
             "mouth": list(self.fitted),
-            "residual_mm": {name: round(value, 3) for name, value in told},
+            "residual_mm": fit.residual(),
             "left_out": [
                 name
                 for name, peak in zip(motion.names, peaks, strict=True)
                 if peak > LEFT_OUT and not is_of_mouth(name) and name not in carried
             ],
-            "take_mm": round(1000 * self._farthest(motion), 3),
+            "take_mm": round(float(farthest_mm(motion, self.shown(motion)).max(initial=0)), 3),
         }
 
     def _fit(self, motion: Motion) -> ControlFit:
@@ -126,34 +111,26 @@ class FittedShapes:
             self._known[id(motion)] = (motion, fit_controls(motion, looks))
         return self._known[id(motion)][1]
 
-    def _farthest(self, motion: Motion) -> float:
-        """The farthest that a vertex is from where the motion has it, m."""
-        off = self.weights(motion) @ self.looks - motion.weights
-        used = np.flatnonzero(np.abs(off).max(axis=0, initial=0) > 0)
-        basis = motion.head.expression_basis[used]
-        farthest = 0.0
-        for start in range(0, len(off), BLOCK):
-            apart = np.tensordot(off[start : start + BLOCK, used], basis, 1)
-            farthest = max(farthest, float((apart**2).sum(axis=2).max(initial=0)))
-        return farthest**0.5
+
+def farthest_mm(
+    motion: Motion, shown: Float32Array, vertices: NDArray[np.integer] | slice = slice(None)
+) -> Float64Array:
+    """(frame,) the farthest that a vertex is from where the motion has it, where weights `shown`
+    (frame, component) of the head's shapes are seen in its place."""
+    off = shown - motion.weights
+    used = np.flatnonzero(np.abs(off).max(axis=0, initial=0) > 0)
+    basis = motion.head.expression_basis[used][:, vertices]
+    found = np.zeros(len(off))
+    for start in range(0, len(off), BLOCK):
+        apart = np.tensordot(off[start : start + BLOCK, used], basis, 1)
+        found[start : start + BLOCK] = (apart**2).sum(axis=2).max(axis=1, initial=0)
+    return 1000 * np.sqrt(found)
 
 
 def oculus_shapes(head: HeadModel) -> FittedShapes:
     """The fifteen visemes, and after them the head's shapes that are not of the mouth.
 
-    Parameters
-    ----------
-    head : HeadModel
-        With ARKit's shapes and the speech shapes.
-
-    Returns
-    -------
-    FittedShapes
-
-    Raises
-    ------
-    OutputError
-        For another head.
+    Raises OutputError for a head without ARKit's shapes.
     """
     others = [name for name in head.expression_names if not is_of_mouth(name)]
     looks = OCULUS_SHAPES | {name: {name: 1.0} for name in others}
@@ -170,19 +147,7 @@ def oculus_shapes(head: HeadModel) -> FittedShapes:
 def vrm_shapes(head: HeadModel) -> FittedShapes:
     """The expressions of VRM 1.0: vowels, lids and gaze, which move, and feelings, which rest.
 
-    Parameters
-    ----------
-    head : HeadModel
-        With ARKit's shapes.
-
-    Returns
-    -------
-    FittedShapes
-
-    Raises
-    ------
-    OutputError
-        For another head.
+    Raises OutputError for a head without ARKit's shapes.
     """
     feelings = {
         name: both_sides(looks, head.expression_names) for name, looks in VRM_FEELINGS.items()

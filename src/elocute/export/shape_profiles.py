@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
-from elocute.export.fitted_shapes import check_shapes, oculus_shapes, vrm_shapes
+from elocute.export.fitted_shapes import check_shapes, farthest_mm, oculus_shapes, vrm_shapes
 from elocute.head.model import HeadModel
 from elocute.head.preset_shapes import OCULUS_SHAPES
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.motion.motion import Motion
 
-BLOCK = 240  # frames at a time whose vertices are compared
 # Speech shapes that ARKit lacks, as its nearest shapes.
 NEAREST: dict[str, dict[str, float]] = {
     "mouthLabiodental": {
@@ -54,6 +53,10 @@ class Targets(Protocol):
         """(frame, target) weights over a motion of the head."""
         ...
 
+    def shown(self, motion: Motion) -> Float32Array:
+        """(frame, component) the weights of the head's shapes that they show."""
+        ...
+
     def report(self, motion: Motion) -> dict[str, Any]:
         """What the targets cannot show of it; {} where they show all."""
         ...
@@ -81,18 +84,7 @@ class TargetShapes:
     folded: dict[str, dict[str, float]]
 
     def weights(self, motion: Motion) -> Float32Array:
-        """The weights of the targets over a motion.
-
-        Parameters
-        ----------
-        motion : Motion
-            Of the head.
-
-        Returns
-        -------
-        (frame, target) float32
-            What is folded in takes no target beyond one, or beyond what it had by itself.
-        """
+        """(frame, target) weights; what is folded in takes none beyond one, or what it had."""
         mixed = motion.weights @ self.mix
         for name in {part for parts in self.folded.values() for part in parts}:
             column, own = self.names.index(name), motion.names.index(name)
@@ -103,17 +95,9 @@ class TargetShapes:
     def report(self, motion: Motion) -> dict[str, Any]:
         """What folding leaves.
 
-        Parameters
-        ----------
-        motion : Motion
-            Of the head.
-
-        Returns
-        -------
-        dict of str
-            By the name of a folded shape: the targets that stand for it, and how far the skin is
-            from the shape at weight one, largest and mean over what it moves, mm; `take_mm`: the
-            farthest that a vertex of any frame is from where the motion has it.
+        By the name of a folded shape: the targets that stand for it, and how far the skin is from
+        the shape at weight one, largest and mean over what it moves, mm; `take_mm`: the farthest
+        that a vertex of any frame is from where the motion has it.
         """
         if not self.folded:
             return {}
@@ -131,27 +115,15 @@ class TargetShapes:
                 "into": parts,
                 "left_mm": {"max": _mm(apart.max(initial=0)), "mean": _mm(mean)},
             }
-        return {"shapes": told, "take_mm": _mm(self._farthest(motion))}
+        left_mm = farthest_mm(motion, self.shown(motion)).max(initial=0)
+        return {"shapes": told, "take_mm": round(float(left_mm), 3)}
 
-    def _farthest(self, motion: Motion) -> float:
-        """The farthest that a vertex is from where the motion has it, m."""
-        head, weights, farthest = motion.head, self.weights(motion), 0.0
-        # Of all targets only those differ that something was folded into.
-        touched = [name for parts in self.folded.values() for name in parts]
-        columns = [self.names.index(name) for name in dict.fromkeys(touched)]
-        rows = [head.expression_index(name) for name in self.folded]
-        own = [head.expression_index(self.names[column]) for column in columns]
-        basis = np.concatenate([head.expression_basis[rows], self.basis[columns]])
-        basis = basis[:, np.abs(basis).max(axis=(0, 2)) > 0]
-        change = np.concatenate(
-            [motion.weights[:, rows], motion.weights[:, own] - weights[:, columns]], axis=1
-        )
-        for start in range(0, len(change), BLOCK):
-            apart = np.tensordot(change[start : start + BLOCK], basis, 1)
-            apart *= apart
-            squares = apart[..., 0] + apart[..., 1] + apart[..., 2]
-            farthest = max(farthest, float(squares.max(initial=0)))
-        return farthest**0.5
+    def shown(self, motion: Motion) -> Float32Array:
+        """(frame, component) the weights of the head's shapes that the targets are."""
+        found, weights = np.zeros_like(motion.weights), self.weights(motion)
+        own = [place for place, name in enumerate(self.names) if name in motion.names]
+        found[:, [motion.names.index(self.names[place]) for place in own]] = weights[:, own]
+        return found
 
 
 def target_shapes(head: HeadModel, profile: str, visemes: bool = False) -> Targets:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -39,12 +39,7 @@ WEBP = "EXT_texture_webp"
 
 
 def gltf_parts(
-    document: GltfDocument,
-    arrays: GltfArrays,
-    subject: str,
-    budget: int,
-    error: type[InputError],
-    nodes: Collection[int] | None = None,
+    document: GltfDocument, arrays: GltfArrays, subject: str, budget: int, error: type[InputError]
 ) -> Iterator[MeshPart]:
     """The parts of a file, in the order of its scene.
 
@@ -60,8 +55,6 @@ def gltf_parts(
         Bytes that its pictures may take, unpacked.
     error : type of InputError
         The class to raise.
-    nodes : collection of int, optional
-        Those alone, and without pictures.
 
     Yields
     ------
@@ -74,12 +67,11 @@ def gltf_parts(
         that does not fit its records.
     """
     tree = NodeTree(document)
-    drawn = nodes is None
-    pictures = _Pictures(document, arrays, subject, budget, error) if drawn else None
+    pictures = _Pictures(document, arrays, subject, budget, error)
     skins = _Skins(document, arrays, tree)
     for node in _shown(document, tree):
         record = tree.nodes[node]
-        if "mesh" not in record or (nodes is not None and node not in nodes):
+        if "mesh" not in record:
             continue
         mesh = document.records("meshes")[record["mesh"]]
         for number, primitive in enumerate(mesh["primitives"]):
@@ -103,7 +95,7 @@ def _part(
     document: GltfDocument,
     arrays: GltfArrays,
     skins: _Skins,
-    pictures: _Pictures | None,
+    pictures: _Pictures,
     node: int,
     number: int,
     primitive: dict[str, Any],
@@ -124,9 +116,7 @@ def _part(
     linear = placed[:, :3, :3]
     points = np.einsum("vab,vb->va", linear, points[used, :3]) + placed[:, :3, 3]
     material = _material(document, primitive)
-    picture, uv, opacity = None, None, "opaque"
-    if pictures is not None:
-        picture, uv, opacity = pictures.of(material, attributes, used)
+    picture, uv, opacity = pictures.of(material, attributes, used)
     colors = _colors(arrays, attributes, material, used)
     record = skins.tree.nodes[node]
     mesh = document.records("meshes")[record["mesh"]]

@@ -6,7 +6,7 @@ the materials and pictures beside an .obj or .ply (`files.mesh_materials`).
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -73,15 +73,9 @@ def read_mesh_parts(
 
 
 def document_parts(
-    document: GltfDocument,
-    path: Path,
-    error: type[InputError],
-    nodes: Collection[int] | None = None,
+    document: GltfDocument, path: Path, error: type[InputError]
 ) -> tuple[MeshPart, ...]:
-    """The parts of a glTF file that was read; path: its name; nodes: those alone, without pictures.
-
-    Raises as `read_mesh_parts`.
-    """
+    """The parts of a glTF file that was read; path: its name. Raises as `read_mesh_parts`."""
     if has_draco(document):
         if not draco_is_here():
             raise error.about(
@@ -93,13 +87,11 @@ def document_parts(
         arrays = draco_arrays(document, path, error)
     else:
         arrays = GltfArrays(document)
-    if nodes is None:
-        _check_pictures(document, path, error)
+    _check_pictures(document, path, error)
     budget = unpacked_limit(len(document.data), UNPACKED_MIN_BYTES)
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused
-            parts = gltf_parts(document, arrays, str(path), budget, error, nodes)
-            return _checked(parts, path, error)
+            return _checked(gltf_parts(document, arrays, str(path), budget, error), path, error)
     except (InputError, MemoryError):
         raise
     except TooMuchError as problem:

@@ -46,8 +46,6 @@ class Control:
     overrides : dict of str to str
         What it takes away of others, as expressions of a VRM 1.0 do: "block" or "blend" by
         "blink", "lookAt" and "mouth".
-    viseme : bool
-        Whether it is a viseme, which shares a weight of one with the others.
     """
 
     name: str
@@ -56,7 +54,6 @@ class Control:
     shares: dict[str, float] = field(default_factory=dict)
     switch: bool = False
     overrides: dict[str, str] = field(default_factory=dict)
-    viseme: bool = False
 
     @property
     def fitted(self) -> bool:
@@ -138,6 +135,12 @@ class Character:
         if not 0 <= node < len(nodes) or "mesh" not in nodes[node]:
             raise _unfit(self.name, f"node {node}")
         return nodes[node]["mesh"]
+
+    @property
+    def axes(self) -> NDArray[np.float64]:
+        """(3, 3) from the built-in head's axes to the scene's."""
+        sine, cosine = np.sin(np.radians(self.facing_deg)), np.cos(np.radians(self.facing_deg))
+        return np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
 
     @cached_property
     def meshes(self) -> tuple[int, ...]:
@@ -223,7 +226,6 @@ def _control(record: Any) -> Control:
         _shares(given.get("shares")),
         given.get("switch") is True,
         {name: _text(way) for name, way in _overrides(given).items()},
-        given.get("viseme") is True,
     )
 
 

@@ -26,7 +26,7 @@ from elocute.head.model import HeadModel
 from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
-from elocute.motion.mouth_seam import SHARES, MouthSeam, find_seam
+from elocute.motion.mouth_seam import SHARES, MeasuredMouth, find_mouth
 from elocute.numerics.bounded_least_squares import solve_box_sum
 
 MOUTH = ("jaw", "mouth", "tongue")
@@ -34,31 +34,32 @@ SIDEWAYS = frozenset(("jawLeft", "jawRight", "mouthLeft", "mouthRight"))
 """What only moves as far as the motion does."""
 MOVED_M = 1e-4
 """What no shape of the mouth moves further than this is left out."""
-LIPS, GAP, SHUT = 4.0, 12.0, 200.0
+LIPS, GAP, SHUT, MEASURED_SHUT = 4.0, 45.0, 2500.0, 700.0
 """How much more a vertex of the lips counts, the gap between them, and that of lips that touch."""
+WIDTH, JAW = 12.0, 12.0
+"""How much more than a vertex the width and the jaw of a measured mouth count."""
 TOUCH_M = 1e-3
 """Lips this far apart count about a third of the way to those that touch."""
 CLOSED_MM = 0.05
 """Lips that are this near touch."""
 SEALED_MM, APART_MM = 0.3, 2.0
 """Lips pressed on each other are sealed up to the one, and not at all from the other on."""
+SIDES = ("Left", "Right")
 PRESS = ("mouthPressLeft", "mouthPressRight")
 ROLLED = 0.15
 """Of `mouthClose`: from here on lips that it closes over an open jaw are sealed."""
 JAW_SEEN = 0.3  # share of a jaw behind shut lips that visemes are fitted to
 RIDGE = 1e-3  # of the mean squared length of a shape
 SPARSE = 0.01  # of the same: what a weight costs, whatever the fit
-LIKENESS = 0.15
+LIKENESS = 0.2
 """What the look on the built-in head counts beside a measured mouth."""
-WIDTH, JAW = 12.0, 12.0
-"""How much more than a vertex the width and the jaw of a measured mouth count."""
 STIFF_M = 0.02
 """What a weight that is given costs where it changes by its freedom."""
 FREEDOM = {
     **dict.fromkeys(("jawOpen", "mouthClose"), 1.0),
-    **dict.fromkeys(("mouthLowerDownLeft", "mouthLowerDownRight"), 0.3),
-    **dict.fromkeys(("mouthUpperUpLeft", "mouthUpperUpRight"), 0.2),
-    **dict.fromkeys(("mouthStretchLeft", "mouthStretchRight", "mouthPucker"), 0.2),
+    **{f"mouthLowerDown{side}": 0.3 for side in SIDES},
+    **{f"{name}{side}": 0.2 for name in ("mouthUpperUp", "mouthStretch") for side in SIDES},
+    "mouthPucker": 0.2,
 }
 """How freely weights that are given change for a measured mouth; others stay."""
 
@@ -84,73 +85,33 @@ class ControlFit:
     opening_mm: float
     closed_mm: float
 
-
-@dataclass(frozen=True, eq=False)
-class MeasuredMouth:
-    """What shapes do to a mouth that was measured on their own mesh.
-
-    Attributes
-    ----------
-    seam : MouthSeam
-        Where it is measured.
-    effects : (control, measure) float64
-        Of each shape in full, in the mesh's unit.
-    """
-
-    seam: MouthSeam
-    effects: Float64Array
+    def residual(self) -> dict[str, float]:
+        """What the fit leaves, as files tell it."""
+        told = (("skin", self.skin_mm), ("opening", self.opening_mm), ("closed", self.closed_mm))
+        return {name: round(value, 3) for name, value in told}
 
 
 @cache
 def builtin_mouth(names: tuple[str, ...]) -> MeasuredMouth:
-    """The built-in head's mouth by the same measure.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Its curves, as the shapes.
-
-    Returns
-    -------
-    MeasuredMouth
-        In metres.
-    """
+    """The built-in head's mouth as shapes' own are measured; names: its curves, as the shapes."""
     head = load_builtin_head()
     basis = head.expression_basis.astype(np.float64)
+    columns = [head.expression_index(name) for name in names]
     drop = -basis[head.expression_index("jawOpen"), :, 1]
-    seam = find_seam(head.template.astype(np.float64), head.triangles.astype(np.intp), drop)
-    assert seam is not None
-    rows = [seam.measures(basis[head.expression_index(name)][seam.corners]) for name in names]
-    return MeasuredMouth(seam, np.stack(rows))
+    points, triangles = head.template.astype(np.float64), head.triangles.astype(np.intp)
+    mouth = find_mouth(points, triangles, drop, lambda used: basis[columns][:, used])
+    assert mouth is not None
+    return mouth
 
 
 def is_of_mouth(curve: str) -> bool:
-    """Whether a curve of the built-in head moves its mouth.
-
-    Parameters
-    ----------
-    curve : str
-        A name.
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a curve of the built-in head moves its mouth."""
     return curve.startswith(MOUTH)
 
 
 def is_whole_mouth(look: dict[str, float]) -> bool:
-    """Whether a shape is a whole mouth, a viseme or a vowel, which others share a weight with.
-
-    Parameters
-    ----------
-    look : dict of str to float
-        Weights of the built-in head's curves.
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a shape, as curves of the built-in head, is a whole mouth: a viseme or a vowel, which
+    others share a weight with."""
     return 0 < look.get("jawOpen", 0.0) < 1
 
 
@@ -159,7 +120,6 @@ def fit_controls(
     looks: Sequence[dict[str, float]],
     own: MeasuredMouth | None = None,
     given: Float32Array | None = None,
-    visemes: Sequence[bool] = (),
 ) -> ControlFit:
     """Fit weights of mouth shapes to a motion.
 
@@ -170,11 +130,9 @@ def fit_controls(
     looks : sequence of dict of str to float
         For each shape the curves of the head that it is, at weight one.
     own : MeasuredMouth, optional
-        What the shapes do on their own mesh; by default what their looks do on the built-in head.
+        What the shapes do on their own mesh, where that is known.
     given : (frame, control) float32, optional
         Weights that a measured mouth corrects; without them they are found.
-    visemes : sequence of bool, optional
-        Which shapes are visemes though they do not look like whole mouths.
 
     Returns
     -------
@@ -184,12 +142,12 @@ def fit_controls(
     names = tuple(name for name in head.expression_names if is_of_mouth(name))
     columns = [head.expression_index(name) for name in names]
     taken = motion.weights[:, columns].astype(np.float64)
-    curves = taken if given is not None else _with_less_hidden_jaw(taken, names)
+    curves = taken.copy()
+    if given is None:  # what `mouthClose` hides of a jaw is in no viseme
+        pair = [names.index("jawOpen"), names.index("mouthClose")]
+        curves[:, pair] -= (1 - JAW_SEEN) * taken[:, pair].min(axis=1, keepdims=True)
     mixes = np.array([[look.get(name, 0.0) for name in names] for look in looks], np.float64)
-    if own is None:  # the built-in head's looks are all that is known of the shapes
-        ours = builtin_mouth(names)
-        own = MeasuredMouth(ours.seam, mixes @ ours.effects)
-    parts, gaps, rows = _rows(head, columns)
+    parts, rows = _rows(head, columns)
     low, high = np.zeros((len(curves), len(looks))), np.ones((len(curves), len(looks)))
     if given is None:
         # (curve, curve): all that the fit needs of the mesh
@@ -200,32 +158,30 @@ def fit_controls(
         sides = curves @ skin @ mixes.T - SPARSE * mean
         for place, look in enumerate(looks):
             if look and SIDEWAYS.issuperset(look):  # two that pull against each other are no mouth
-                high[:, place] = min(1.0, max(float(_curve(motion, name).max()) for name in look))
+                high[:, place] = min(1.0, taken[:, [names.index(name) for name in look]].max())
     else:
         freedom = [max((FREEDOM.get(name, 0.0) for name in look), default=0.0) for look in looks]
         costs = (STIFF_M / np.maximum(freedom, 1e-3)) ** 2
         plain, sides, high = np.diag(costs), given * costs, np.maximum(given, 1)
         fixed = np.equal(freedom, 0)
         low[:, fixed] = high[:, fixed] = given[:, fixed]
-    seals = _seals(motion)
-    sealing = _closing(mixes, names)
+    seals = _seals(dict(zip(names, taken.T, strict=True)), measure_mouth(motion)["opening_mm"])
+    sealed = [VISEME_SHAPES["PP"].get(name, 0.0) for name in names]
+    sealing = np.flatnonzero(np.abs(mixes - sealed).max(axis=1, initial=0) < 1e-6)[:1]
     low[:, sealing] = seals[:, None]
     most = np.ones(len(curves)) if len(sealing) else 1 - seals
-    shares = _gap_counts(curves, gaps)
-    effects, wanted, more, rest = _on_own_mesh(own, looks, curves, names, seals, sealing, given)
-    count = np.sqrt(len(head.inner_lip_upper) / len(SHARES))
-    effects, wanted = count * effects, count * wanted
+    effects, wanted, more, rest = _on_own_mesh(own, mixes, curves, names, seals, sealing, given)
+    touching = np.exp(-((np.abs(wanted).mean(axis=1) / TOUCH_M) ** 2))
+    shut = SHUT if own is None else MEASURED_SHUT
+    shares = (GAP**2 + (shut**2 - GAP**2) * touching) / len(SHARES)
     plain, sides = plain + more @ more.T, sides + rest @ more.T
     sides += shares[:, None] * (wanted @ effects.T)
     close = effects @ effects.T
     mouths = np.array([is_whole_mouth(look) for look in looks], np.float64)
-    mouths[np.flatnonzero(visemes)] = 1
-    weights = low.copy()
-    free, held = (np.flatnonzero(each) for each in ((low < high).any(axis=0), (low == high).all(0)))
-    sides = sides[:, free] - low[:, held] @ plain[np.ix_(held, free)]
-    sides -= shares[:, None] * (low[:, held] @ close[np.ix_(held, free)])
-    plain, close = plain[np.ix_(free, free)], close[np.ix_(free, free)]
-    last = None
+    weights, last, free = low.copy(), None, (low < high).any(axis=0)
+    held = low[:, ~free] @ np.concatenate([plain, close], axis=1)[~free]
+    sides -= held[:, : len(looks)] + shares[:, None] * held[:, len(looks) :]
+    plain, close, sides = plain[free][:, free], close[free][:, free], sides[:, free]
     for frame, (share, side, whole) in enumerate(zip(shares, sides, most, strict=True)):
         bounds = low[frame, free], high[frame, free]
         last = solve_box_sum(plain + share * close, side, *bounds, mouths[free], whole, last)
@@ -233,7 +189,7 @@ def fit_controls(
     off = weights @ mixes - taken
     places = max(1, parts.shape[1] // 3)
     squares = np.einsum("fc,cd,fd->f", off, parts @ parts.T, off) / places
-    had, open_mm = (1000 / count * each.mean(axis=1) for each in (weights @ effects, wanted))
+    had, open_mm = (1000 * each.mean(axis=1) for each in (weights @ effects, wanted))
     return ControlFit(
         weights.astype(np.float32),
         1000 * float(np.sqrt(max(0.0, squares.mean()))),
@@ -243,8 +199,8 @@ def fit_controls(
 
 
 def _on_own_mesh(
-    own: MeasuredMouth,
-    looks: Sequence[dict[str, float]],
+    own: MeasuredMouth | None,
+    mixes: Float64Array,
     curves: Float64Array,
     names: tuple[str, ...],
     seals: Float64Array,
@@ -259,13 +215,17 @@ def _on_own_mesh(
     is no part.
     """
     ours, count = builtin_mouth(names), len(SHARES)
-    scale = own.seam.width / ours.seam.width
-    theirs, wanted = own.effects / scale, curves @ ours.effects
-    rest = np.maximum(own.seam.gaps, 0) / scale
+    theirs, rest = mixes @ ours.effects, np.zeros(count)
+    if own is not None:
+        scale = own.width / ours.width
+        theirs, rest = own.effects / scale, np.maximum(own.gaps, 0) / scale
+    wanted = curves @ ours.effects
     gaps = np.maximum(wanted[:, :count], 0) * (1 - seals[:, None]) - rest * seals[:, None]
     if given is None:
-        theirs[[bool(look) and set(PRESS).issuperset(look) for look in looks], :count] = 0
-        theirs[sealing, :count] = np.maximum(theirs[sealing, :count], -rest)
+        # Both halves of what presses, and what seals, close no more than lips that rest apart.
+        press = mixes[:, [name in PRESS for name in names]].sum(axis=1) == mixes.sum(axis=1)
+        press[sealing] = True
+        theirs[press, :count] = np.maximum(theirs[press, :count], -rest)
     else:
         least = np.minimum(wanted[:, :count], gaps)
         gaps = np.clip(given @ theirs[:, :count], least, gaps)
@@ -273,58 +233,20 @@ def _on_own_mesh(
     return theirs[:, :count], gaps, much * theirs[:, count:], much * wanted[:, count:]
 
 
-def _closing(mixes: Float64Array, names: tuple[str, ...]) -> NDArray[np.intp]:
-    """(0 or 1,) the shape that seals the lips, of those that look like a p."""
-    sealed = [VISEME_SHAPES["PP"].get(name, 0.0) for name in names]
-    return np.flatnonzero(np.abs(mixes - sealed).max(axis=1, initial=0) < 1e-6)[:1]
-
-
-def _with_less_hidden_jaw(curves: Float64Array, names: tuple[str, ...]) -> Float64Array:
-    """Curves with `JAW_SEEN` of the jaw that `mouthClose` hides, which no viseme has."""
-    if not {"jawOpen", "mouthClose"} <= set(names):
-        return curves
-    pair = [names.index("jawOpen"), names.index("mouthClose")]
-    found = curves.copy()
-    found[:, pair] -= (1 - JAW_SEEN) * curves[:, pair].min(axis=1, keepdims=True)
-    return found
-
-
-def _apart(curves: Float64Array, gaps: Float64Array) -> Float64Array:
-    """(frame,) how far the lips are from where they are at rest, towards each other, m."""
-    return np.linalg.norm((curves @ gaps).reshape(len(curves), -1, 3), axis=2).mean(axis=1)
-
-
-def _seals(motion: Motion) -> Float64Array:
+def _seals(curves: dict[str, Float64Array], opening_mm: Float32Array) -> Float64Array:
     """(frame,) how far lips that touch are sealed, as for a p: pressed, or closed over the jaw."""
-    pressed = np.max([_curve(motion, name) for name in PRESS], axis=0)
-    pressed = pressed / VISEME_SHAPES["PP"][PRESS[0]]
-    jaw, over = _curve(motion, "jawOpen"), _curve(motion, "mouthClose")
+    pressed = np.max([curves[name] for name in PRESS], axis=0) / VISEME_SHAPES["PP"][PRESS[0]]
+    jaw, over = curves["jawOpen"], curves["mouthClose"]
     closed = np.minimum(over / np.maximum(jaw, 1e-6), 1) * np.minimum(over / ROLLED, 1)
-    near = (APART_MM - measure_mouth(motion)["opening_mm"]) / (APART_MM - SEALED_MM)
-    return np.clip(np.maximum(pressed, closed), 0, 1) * np.clip(near, 0, 1)
+    near = np.clip((APART_MM - opening_mm) / (APART_MM - SEALED_MM), 0, 1).astype(np.float64)
+    return near * np.clip(np.maximum(pressed, closed), 0, 1)
 
 
-def _curve(motion: Motion, name: str) -> Float64Array:
-    """(frame,) of a curve; zeros where the head has none."""
-    if name not in motion.names:
-        return np.zeros(motion.frame_count)
-    return motion.weights[:, motion.names.index(name)].astype(np.float64)
-
-
-def _gap_counts(curves: Float64Array, gaps: Float64Array) -> Float64Array:
-    """(frame,) how much the gap counts: more the nearer the lips are."""
-    touching = np.exp(-((_apart(curves, gaps) / TOUCH_M) ** 2))
-    return GAP**2 + (SHUT**2 - GAP**2) * touching
-
-
-def _rows(head: HeadModel, columns: list[int]) -> tuple[Float64Array, Float64Array, Float64Array]:
-    """What the shapes of a mouth do, m: to the skin, to the gap of the lips, and as it counts."""
+def _rows(head: HeadModel, columns: list[int]) -> tuple[Float64Array, Float64Array]:
+    """What the shapes of a mouth do to the skin, m, and as it counts."""
     basis = head.expression_basis[columns].astype(np.float64)
     moved = np.linalg.norm(basis, axis=2).max(axis=0) > MOVED_M
     lips = np.zeros(head.vertex_count)
     lips[head.regions.get("lips", [])] = 1
     parts = basis[:, moved].reshape(len(columns), -1)
-    counts = np.repeat(1 + (LIPS - 1) * lips[moved], 3)
-    upper, lower = head.inner_lip_upper, head.inner_lip_lower
-    gaps = (basis[:, upper] - basis[:, lower]).reshape(len(columns), -1)
-    return parts, gaps, parts * counts
+    return parts, parts * np.repeat(1 + (LIPS - 1) * lips[moved], 3)

@@ -1,4 +1,4 @@
-"""The mouth of any mesh, found by what opens it.
+"""The mouth of any mesh, found and measured by what opens it.
 
 Where its lips meet, the front of a face tears: going down a vertical line over the surface that is
 seen from ahead, what is above stays and what is below goes with the jaw. No names, numbering or
@@ -7,7 +7,9 @@ landmarks are needed, meshes may come in parts, and all lengths are relative to 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -18,7 +20,7 @@ COLUMNS, ROWS, FINE = 81, 400, 240
 CROSSED_MAX = 20_000
 """Triangles on a line; no face has so many."""
 NEAR = 0.12
-"""How far from the middle of the mouth its seam may lie above or below, of the width that moves."""
+"""How far from its neighbour a line's seam may lie above or below, of the width that moves."""
 RECESS, DEEP = 0.05, 0.02
 """What is narrower and deeper than this is the inside of a mouth whose lips stand apart."""
 STEEP, ALIKE = 8.0, 0.15
@@ -29,49 +31,35 @@ SHARES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 """Of the way from corner to corner, where the gap is measured."""
 CHIN_REACH = 1.3
 """How far below the seam a chin may be, in widths of the mouth."""
+_Place = tuple[IntArray, Float64Array]  # four vertices, and how much of each it is
 
 
 @dataclass(frozen=True, eq=False)
-class MouthSeam:
-    """Places on a mesh at which a mouth is measured, each a mix of four vertices.
+class MeasuredMouth:
+    """A mouth at rest, and what shapes do to it, in the mesh's unit.
 
     Attributes
     ----------
-    corners : (place, 4) int
-        Vertices: of the upper lip, the lower lip, two for each corner, the chin.
-    mixes : (place, 4) float64
-        Their shares.
     gaps : (gap,) float64
-        How far the lips stand apart at rest.
+        How far the lips stand apart at rest, from the face's right to its left.
     width : float
-        Of the mouth at rest.
+        From corner to corner.
+    effects : (shape, measure) float64
+        What each shape in full does to the gaps, the width, and the drop of the jaw.
     """
 
-    corners: IntArray
-    mixes: Float64Array
     gaps: Float64Array
     width: float
-
-    def measures(self, moved: Float64Array) -> Float64Array:
-        """What displacements do to the gaps of the lips, the width of the mouth and the jaw's drop.
-
-        Parameters
-        ----------
-        moved : (place, 4, 3)
-            Of `corners`; x to the face's left, y up.
-
-        Returns
-        -------
-        (measure,) float64
-        """
-        at = np.einsum("pc,pca->pa", self.mixes, moved)
-        count = len(SHARES)
-        upper, lower, ends = at[:count, 1], at[count : 2 * count, 1], at[2 * count : -1, 0]
-        return np.r_[upper - lower, ends[2:].mean() - ends[:2].mean(), -at[-1, 1]]
+    effects: Float64Array
 
 
-def find_seam(points: Float64Array, triangles: IntArray, drop: Float64Array) -> MouthSeam | None:
-    """Find the mouth of a mesh.
+def find_mouth(
+    points: Float64Array,
+    triangles: IntArray,
+    drop: Float64Array,
+    moved: Callable[[IntArray], Float64Array],
+) -> MeasuredMouth | None:
+    """Find the mouth of a mesh, and measure it.
 
     Parameters
     ----------
@@ -81,10 +69,12 @@ def find_seam(points: Float64Array, triangles: IntArray, drop: Float64Array) -> 
         Corners.
     drop : (vertex,)
         How far each goes down where the mouth is opened.
+    moved : callable
+        Vertices, rising, to their displacements (shape, vertex, 3) by the shapes.
 
     Returns
     -------
-    MouthSeam or None
+    MeasuredMouth or None
         None where nothing tears.
     """
     most = float(drop.max(initial=0.0))
@@ -101,7 +91,7 @@ def find_seam(points: Float64Array, triangles: IntArray, drop: Float64Array) -> 
     found = {}
     for way in (1, -1):
         last = first
-        for step in range(0 if way > 0 else 1, COLUMNS // 2 + 1):
+        for step in range(COLUMNS // 2 + 1):
             x = middle + way * step * wide / (COLUMNS - 1)
             tear = front.torn(x, last.y + NEAR * wide * np.linspace(1, -1, FINE))
             if tear is None or tear.jump < CORNER * first.jump:
@@ -110,28 +100,23 @@ def find_seam(points: Float64Array, triangles: IntArray, drop: Float64Array) -> 
     if len(found) < len(SHARES):
         return None
     xs = np.array(sorted(found))
-    ends = (xs[0], xs[-1])
-    at = [found[xs[np.abs(xs - np.interp(s, (0, 1), ends)).argmin()]] for s in SHARES]
-    width = float(ends[1] - ends[0])
-    seam = np.mean([each.y for each in at])
-    chin = front.chin(float(xs.mean()), seam - width * np.linspace(0.2, CHIN_REACH, FINE))
-    if chin is None:
-        return None
-    places = [each.upper for each in at] + [each.lower for each in at]
-    places += [place for end in ends for place in (found[end].upper, found[end].lower)] + [chin]
-    return MouthSeam(
-        np.stack([corners for corners, _ in places]),
-        np.stack([mixes for _, mixes in places]),
-        np.array([each.gap for each in at]),
-        width,
-    )
+    lips = [found[xs[np.abs(xs - x).argmin()]] for x in xs[0] + np.ptp(xs) * np.array(SHARES)]
+    width, seam = float(np.ptp(xs)), np.mean([each.y for each in lips])
+    below = seam - width * np.linspace(0.2, CHIN_REACH, FINE)
+    corners, mixes, depth = front.line(xs.mean(), below)
+    chin = corners[best := (depth - below).argmax()], mixes[best]  # farthest ahead and down
+    ends = [found[xs[-1]], found[xs[0]]]
+    places = [each.upper for each in lips + ends] + [each.lower for each in lips + ends] + [chin]
+    used, corners = np.unique([each for each, _ in places], return_inverse=True)
+    mixes = np.array([mix for _, mix in places])
+    at = np.einsum("pc,spca->spa", mixes, moved(used)[:, corners.reshape(mixes.shape)])
+    upper, lower = np.split(at[:, :-1], 2, axis=1)
+    gaps, across = (upper - lower)[:, : len(SHARES), 1], (upper + lower)[:, len(SHARES) :, 0] / 2
+    effects = np.column_stack([gaps, across[:, 0] - across[:, 1], -at[:, -1, 1]])
+    return MeasuredMouth(np.array([each.gap for each in lips]), width, effects)
 
 
-_Place = tuple[IntArray, Float64Array]
-
-
-@dataclass(frozen=True, eq=False)
-class _Tear:
+class _Tear(NamedTuple):
     """Where a vertical line crosses the seam."""
 
     jump: float
@@ -152,10 +137,7 @@ class _Front:
 
     def torn(self, x: float, ys: Float64Array) -> _Tear | None:
         """The place on the line at x where it tears most; ys: (row,) falling."""
-        line = self._line(x, ys)
-        if line is None:
-            return None
-        corners, mixes, depth = line
+        corners, mixes, depth = self.line(x, ys)
         step = ys[0] - ys[1]
         closed = _closed(depth, max(1, int(RECESS * self.wide / step)))
         seen = np.flatnonzero(np.isfinite(depth) & (depth >= closed - DEEP * self.wide))
@@ -163,68 +145,44 @@ class _Front:
             return None
         drop = (self.drop[corners] * mixes).sum(axis=1)
         best = int(np.diff(drop[seen]).argmax())
-        above, below = seen[best], seen[best + 1]
-        jump = float(drop[below] - drop[above])
-        upper = self._inwards(above, below, 1, drop, jump, depth, step)
-        lower = self._inwards(below, upper, -1, drop, jump, depth, step)
-        return _Tear(
-            jump,
-            float(ys[above] + ys[below]) / 2,
-            float(ys[upper] - ys[lower] - step),
-            (corners[upper], mixes[upper]),
-            (corners[lower], mixes[lower]),
-        )
+        ends, jump = [seen[best], seen[best + 1]], float(np.diff(drop[seen])[best])
+        y = float(ys[ends].mean())
+        for lip, way in ((0, 1), (1, -1)):  # on into the crease
+            start, row = drop[ends[lip]], ends[lip]
+            while row + way != ends[1 - lip] and abs(depth[row + way] - depth[row]) < STEEP * step:
+                row += way
+                if abs(drop[row] - start) > ALIKE * jump:
+                    break
+                ends[lip] = row
+        upper, lower = ((corners[row], mixes[row]) for row in ends)
+        return _Tear(jump, y, float(ys[ends[0]] - ys[ends[1]] - step), upper, lower)
 
-    @staticmethod
-    def _inwards(
-        row: int, end: int, way: int, drop: Float64Array, jump: float, z: Float64Array, step: float
-    ) -> int:
-        """How far a lip goes on into the crease, from a row towards another."""
-        first = drop[row]
-        while row + way != end and abs(z[row + way] - z[row]) < STEEP * step:
-            if abs(drop[row + way] - first) > ALIKE * jump:
-                break
-            row += way
-        return int(row)
-
-    def chin(self, x: float, ys: Float64Array) -> _Place | None:
-        """The place on the line at x that is farthest ahead and down."""
-        line = self._line(x, ys)
-        if line is None or not np.isfinite(line[2]).any():
-            return None
-        best = int((line[2] - ys).argmax())
-        return line[0][best], line[1][best]
-
-    def _line(
-        self, x: float, ys: Float64Array
-    ) -> tuple[IntArray, Float64Array, Float64Array] | None:
+    def line(self, x: float, ys: Float64Array) -> tuple[IntArray, Float64Array, Float64Array]:
         """Corners (row, 4), mixes (row, 4) and depth (row,), -inf where there is nothing."""
         side = self.points[self.triangles, 0] - x
         crossed = (side.min(axis=1) < 0) & (side.max(axis=1) >= 0)
         triangles, side = self.triangles[crossed], side[crossed]
         if not 0 < len(triangles) <= CROSSED_MAX:
-            return None
+            none = np.zeros((len(ys), 4))
+            return none.astype(np.intp), none, np.full(len(ys), -np.inf)
+        # Of each triangle the corner that is alone on its side, and so the two edges that cross.
         left = side >= 0
-        row = np.arange(len(triangles))
         alone = np.where(left.sum(axis=1) == 1, left.argmax(axis=1), (~left).argmax(axis=1))
-        pairs = [(alone, (alone + step) % 3) for step in (1, 2)]
-        way = [side[row, a] / (side[row, a] - side[row, b]) for a, b in pairs]
-        vertices = np.stack([triangles[row, each] for pair in pairs for each in pair], axis=1)
-        one, other = (
-            (1 - way[end])[:, None] * self.points[vertices[:, 2 * end]]
-            + way[end][:, None] * self.points[vertices[:, 2 * end + 1]]
-            for end in (0, 1)
+        order = (alone[:, None] + [0, 1, 0, 2]) % 3
+        corners, side = (np.take_along_axis(each, order, 1) for each in (triangles, side))
+        way = (side[:, ::2] / (side[:, ::2] - side[:, 1::2]))[:, :, None]
+        one, other = np.moveaxis(
+            (1 - way) * self.points[corners[:, ::2]] + way * self.points[corners[:, 1::2]], 1, 0
         )
         rise = other[:, 1] - one[:, 1]
         share = (ys[:, None] - one[:, 1]) / np.where(rise == 0, 1, rise)
         depth = one[:, 2] + share * (other[:, 2] - one[:, 2])
         depth[(share < 0) | (share > 1) | (rise == 0)] = -np.inf
         best = depth.argmax(axis=1)
-        share = np.clip(share[np.arange(len(ys)), best], 0, 1)
-        ends = [((1 - w) * (1 - t), (1 - w) * t) for w, t in ((share, way[0][best]),)]
-        ends += [(share * (1 - way[1][best]), share * way[1][best])]
-        mixes = np.stack([each for pair in ends for each in pair], axis=1)
-        return vertices[best], mixes, depth.max(axis=1)
+        along = np.clip(share[np.arange(len(ys)), best], 0, 1)
+        parts = np.stack([1 - along, along], axis=1)[:, :, None]
+        mixes = parts * np.concatenate([1 - way, way], axis=2)[best]
+        return corners[best], mixes.reshape(-1, 4), depth.max(axis=1)
 
 
 def _closed(depth: Float64Array, reach: int) -> Float64Array:

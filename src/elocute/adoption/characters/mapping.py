@@ -302,10 +302,7 @@ def _shared(moving: list[Candidate], by_joint: list[Control], mapping: Mapping) 
         looks = each.meaning.looks
         alone = _is_single(looks) or (set(looks.values()) == {1.0} and single.isdisjoint(looks))
         shares = {curve: 1 / len(looks) for curve in looks} if alone else {}
-        viseme = each.meaning.family == "viseme"
-        taken.append(
-            Control(each.name, looks, each.binds, shares, each.switch, each.overrides, viseme)
-        )
+        taken.append(Control(each.name, looks, each.binds, shares, each.switch, each.overrides))
     taken += by_joint
     whole = {curve for control in taken if control.shares for curve in control.looks}
     mouth = [control for control in taken if _moves_mouth(control)]

@@ -194,15 +194,18 @@ _MORE_PARTS: dict[str, tuple[str, ...]] = {
     "mouthLeft": ("MouthUpperLeft", "MouthLowerLeft"),
     "mouthRight": ("MouthUpperRight", "MouthLowerRight"),
 }
+_AJAR = {"jawOpen": 0.02}
+"""With which a viseme is a whole mouth, which shares a weight with others."""
+_WIDE = _AJAR | both("mouthStretch")
 _CC_VISEMES = {
     ("V_Open",): {"jawOpen": 0.6},
     ("V_Explosive", "Explosive", "B_M_P"): VISEME_SHAPES["PP"],
     ("V_Dental_Lip", "Dental_Lip", "F_V"): VISEME_SHAPES["FF"],
     ("V_Tight_O", "Tight_O"): VISEME_SHAPES["ou"],
     ("V_Tight", "W_OO"): VISEME_SHAPES["W"],
-    ("V_Wide",): both("mouthStretch"),
+    ("V_Wide",): _WIDE,
     ("V_Affricate", "Affricate", "Ch_J"): VISEME_SHAPES["CH"],
-    ("V_Lip_Open", "Lip_Open"): dict.fromkeys(both("mouthLowerDown", "mouthUpperUp"), 0.5),
+    ("V_Lip_Open", "Lip_Open"): _AJAR | dict.fromkeys(both("mouthLowerDown", "mouthUpperUp"), 0.5),
     ("K_G_H_NG",): VISEME_SHAPES["kk"],
     ("S_Z",): VISEME_SHAPES["SS"],
     ("T_L_D_N",): VISEME_SHAPES["DD"],
@@ -210,7 +213,7 @@ _CC_VISEMES = {
 AMONG_OTHERS: Mapping[str, Looks] = {
     "open": {"jawOpen": 0.6},
     "tight": VISEME_SHAPES["W"],
-    "wide": both("mouthStretch"),
+    "wide": _WIDE,
 }
 """Character Creator's visemes without their V, which say nothing alone."""
 # Action units by number and by Ekman's names; AU25 to 27 part the lips ever wider.
