@@ -41,7 +41,7 @@ SHORT_S = 1.2  # the length of the shortest clips
 PAUSE_DB, SPEECH_DB = -30.0, -25.0  # of the loudest: below it nobody speaks, above it somebody does
 AWAY_DEG = 8.0  # that eyes are off the listener
 FROZEN_WEIGHT, FROZEN_M = 1e-4, 1e-6  # what moves no further from frame to frame stands still
-MOUTH_S = 60.0  # of each speaker's sound that mouths are made for
+MOUTHS, MOUTH_S = 4, 60.0  # speakers of a source, and of each one's sound, that mouths are made for
 CORNERS = (291, 61)  # of tracked mouths: left and right
 UPPER_FACE = (
     "browInnerUp",
@@ -89,15 +89,15 @@ def main() -> None:
     sources = train_sources(given.data) if given.train else dev_sources(given.data)
     print(
         "| | blinks/min | half shut, s | std in 1.2 s, ° | 95 % of turns, ° | < 0.5 Hz |"
-        " 0.5–2 Hz | 2–5 Hz | 5–8 Hz | speed with loudness | nod with loudness | range of turns, ° |"
-        " gaze off, % | mouth aside, uneven, mm |"
+        " 0.5–2 Hz | 2–5 Hz | 5–8 Hz | speed with loudness | nod with loudness |"
+        " range of turns, ° | gaze off, % | mouth aside, uneven, mm |"
     )
     print("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|")
     for source in sources:
         people: list[Piece] = []
         ours: list[Piece] = []
-        for clips in source.speakers.values():
-            seen, made = both(clips)
+        for place, clips in enumerate(source.speakers.values()):
+            seen, made = both(clips, place < MOUTHS)
             people += seen
             ours += made
         print(row(f"{source.name}, people", people, source.window_s))
@@ -213,13 +213,13 @@ def _manifest(folder: Path) -> list[dict]:
     return json.loads((folder / "manifest.json").read_text())["clips"]
 
 
-def both(clips: Sequence[Path]) -> tuple[list[Piece], list[Piece]]:
+def both(clips: Sequence[Path], mouths: bool) -> tuple[list[Piece], list[Piece]]:
     """What the clips of one speaker show, and what is made of their sounds, joined."""
     sounds = [read_audio(clip.with_suffix(".ogg"), sample_rate=RATE) for clip in clips]
     stream = LifeStream(RATE, Life())
     rows = [stream.push(sound.samples) for sound in sounds]
     joined = np.concatenate([sound.samples for sound in sounds])[: round(MOUTH_S * RATE)]
-    mouth = uneven(animate(Waveform(joined, RATE)).motion)
+    mouth = uneven(animate(Waveform(joined, RATE)).motion) if mouths else np.zeros((0, 2))
     made = np.concatenate([*rows, stream.flush()])
     seen, ours, start = [], [], 0
     for clip, sound in zip(clips, sounds, strict=True):

@@ -140,7 +140,7 @@ def test_brows_have_gestures_of_one_side_and_of_their_inner_ends(speech):
         rows = lived(speech.samples, seed)
         sides.append(np.abs(rows[:, BROW_L] - rows[:, BROW_R]).max())
         inner.append((rows[:, INNER] - rows[:, [BROW_L, BROW_R]].max(axis=1)).max())
-    assert 0.15 < np.median(sides) < 0.4 and max(inner) > 0.2
+    assert 0.2 < max(sides) < 0.45 and max(inner) > 0.2
 
 
 def test_takes_differ_by_their_seed_and_by_nothing_else(speech):
@@ -154,7 +154,7 @@ def test_takes_differ_by_their_seed_and_by_nothing_else(speech):
 @pytest.mark.parametrize("wrong", [-1, 1.5, "two", True, 2**40])
 def test_what_is_no_seed_is_refused(speech, wrong):
     for call in (lambda: animate(speech, seed=wrong), lambda: elocute.stream(RATE, seed=wrong)):
-        with pytest.raises(InputError, match="`seed`.*allowed"):
+        with pytest.raises(InputError, match=r"`seed`.*allowed"):
             call()
 
 

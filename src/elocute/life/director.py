@@ -54,9 +54,10 @@ LOOKAHEAD_ROWS = 80
 """A row is certain once so many more were heard."""
 
 # Degrees that a head turns about each axis; rates and sizes after docs/measurements/life.md.
-POSTURE_DEG = (1.5, 2.2, 1.1)  # standard deviation of the postures that it takes
-WIDE_SHARE, WIDE_REACH = 0.2, 2.2  # of postures, which go so much further aside
-MOST_DEG = 9.0  # that a posture turns
+POSTURE_DEG = (1.5, 1.8, 1.1)  # standard deviation of the postures that it takes
+WIDE_SHARE, WIDE_REACH = 0.12, 3.4  # of postures, which go so much further aside
+MOST_DEG = 11.0  # that a posture turns
+TURNING_BACK = 0.4  # of how far it is aside, so that it is the other side's turn
 ACCENT_DEG = (2.6, 1.3, 0.7)  # of a whole prominence
 NODDED = 0.32  # share of the accents that a nod goes with
 NOD_REST = 70  # rows from one to the next
@@ -66,12 +67,9 @@ BROWS_HELD = 0.10  # of their shapes, by how far a head is from the middle
 
 # Where eyes look: degrees (least, spread of a draw), and how likely they leave the listener.
 AWAY_DEG = (10.0, 8.0)
-AWAY_BEGINNING, AWAY_HESITATING, AWAY_THINKING = 0.4, 0.6, 0.3
-AWAY_SPEAKING, AWAY_IDLE, AWAY_LISTENING = (
-    0.06,
-    0.08,
-    0.03,
-)  # each time that eyes move by themselves
+AWAY_BEGINNING, AWAY_HESITATING, AWAY_THINKING = 0.36, 0.6, 0.3
+# Each time that eyes move by themselves:
+AWAY_SPEAKING, AWAY_IDLE, AWAY_LISTENING = 0.12, 0.08, 0.03
 AWAY_REST = 420  # rows after which they leave as likely as that; sooner less, later more
 FINAL_PITCH = -1.5  # semitones: a phrase that ends lower ends a turn
 HEAD_WITH_GAZE = 0.25  # of a shift of gaze
@@ -82,7 +80,7 @@ SOFT, ACCENT, EMPHATIC = 0.3, 0.5, 0.6
 STIR = 0.13  # of the brows with any syllable of whole prominence, so that they never freeze
 RAISE, KNIT, CHEEKS, NARROW = (0.34, 0.34), (0.09, 0.09), (0.04, 0.07), (0.03, 0.05)
 FLASH, EFFORT_KNIT = (0.2, 0.06), 0.25
-INNER_ONLY, ONE_SIDED, FLASHED = 0.14, 0.30, 0.45  # of the raises, each beyond the one before
+INNER_ONLY, ONE_SIDED, FLASHED = 0.14, 0.34, 0.48  # of the raises, each beyond the one before
 LIDS_WITH_BROWS = 0.34  # of a raise: lids widen with it
 BROW_REST = 55  # rows from one raise or knit to the next: brows come down before they rise
 LID_REST = 80
@@ -361,6 +359,7 @@ class Director:
     def _take_posture(self, row: int, size: float) -> None:
         """Go to a posture around the middle, so that the head never drifts away."""
         turn, tilt, nod = (self._spread() for _ in range(3))
+        turn -= TURNING_BACK * self._canvas.level[TURN] / POSTURE_DEG[1]
         wide = WIDE_REACH if self._draw() < WIDE_SHARE * size else 1.0
         rows = round((60 + 60 * self._draw()) * wide**0.5)
         tilt = 0.85 * tilt + 0.4 * turn

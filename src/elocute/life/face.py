@@ -255,7 +255,8 @@ def _eyes_deg(rows: FloatArray, life: Life, mood: Mood) -> Float64Array:
     """(frame, 2) down and to the own left, in the head: what is looked at less the head's turn."""
     looked = rows[:, [LOOK_DOWN, LOOK_LEFT]].astype(np.float64)
     eyes = life.gaze * (looked - HELD * head_turns(rows, life, mood)[:, :2])
-    return eyes + np.array([mood.look_down_deg, 0.0])
+    eyes[:, 0] += mood.look_down_deg
+    return eyes
 
 
 def _over(below: Float64Array, above: Float64Array | float) -> Float64Array:
@@ -305,7 +306,7 @@ def _feel(face: Columns, mood: Mapping[str, float], spoken: Columns) -> None:
 def _lean(face: Columns, rows: Float64Array) -> None:
     """Let an open mouth be uneven; lips that meet, or meet the teeth, are even."""
     gap = np.maximum(face["jawOpen"] - face["mouthClose"], 0)
-    uneven = gap / (gap + UNEVEN_AT)
+    uneven = gap**2 / (gap**2 + UNEVEN_AT**2)
     if "mouthLabiodental" in face:
         uneven *= np.clip(1 - 2 * face["mouthLabiodental"], 0, 1)
     aside = uneven * rows[:, SIDE] / (MOUTH_ASIDE_MM + JAW_ASIDE_MM)

@@ -52,7 +52,7 @@ class Ground:
         self._hz = 1 / (np.outer(SECONDS, spread))
         self._phases = np.outer((1, 2, 3), place) * GOLDEN + person.salt * (1 + place * PLASTIC % 1)
         self._sizes = np.array([SIZES.get(name, 0.0) for name in channels])
-        self._level = self._sizes * [2.1 if name in UPWARDS else 0.0 for name in channels]
+        self._level = self._sizes * [2.4 if name in UPWARDS else 0.0 for name in channels]
         for name, lean in (("side", person.side_mm), ("corner", person.corner_mm)):
             self._level[channels.index(name)] = lean
 

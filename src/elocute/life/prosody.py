@@ -36,9 +36,9 @@ _WINDOW = hann(WINDOW)
 _LAGS = np.arange(int(SPEECH_RATE / PITCH_HZ[1]), int(SPEECH_RATE / PITCH_HZ[0]) + 1)
 _HZ = np.fft.rfftfreq(SPECTRUM, 1 / SPEECH_RATE)
 _HARMONICS = (BAND_HZ[0] <= _HZ) & (BAND_HZ[1] >= _HZ)
-_AUDIBLE = BAND_HZ[0] <= _HZ
-_BRIGHT = (BRIGHT_HZ[0] <= _HZ) & (BRIGHT_HZ[1] > _HZ)
-_DARK = _AUDIBLE & (BRIGHT_HZ[0] > _HZ)
+_AUDIBLE = slice(int(np.searchsorted(_HZ, BAND_HZ[0])), None)
+_BRIGHT = slice(*np.searchsorted(_HZ, BRIGHT_HZ).tolist())
+_DARK = slice(_AUDIBLE.start, _BRIGHT.start)
 _OWN = np.fft.irfft(np.abs(np.fft.rfft(_WINDOW, SPECTRUM)) ** 2)
 _OWN = _OWN[_LAGS[0] - 1 : _LAGS[-1] + 2] / _OWN[0]
 
