@@ -137,7 +137,7 @@ def frozen(sound: Waveform, fps: float) -> float:
     level = loudness(sound, motion.frame_count, fps)
     quiet = (level <= level.max() + PAUSE_DB) | (np.ptp(level) < 10)
     still = np.abs(np.diff(motion.weights, axis=0)).max(axis=1) <= FROZEN_WEIGHT
-    for frame in np.flatnonzero(still & quiet[1:]):
+    for frame in np.flatnonzero(still & quiet[1:]).tolist():
         before, after = motion.vertices(frame, frame + 2)
         still[frame] = np.abs(after - before).max() <= FROZEN_M
     return float(still[quiet[1:]].mean())

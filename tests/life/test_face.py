@@ -87,7 +87,7 @@ def test_eyes_rest_on_what_they_look_at_while_the_head_turns(alive):
     assert np.corrcoef(jumps[resting], moved[resting])[0, 1] < -0.8
 
 
-@pytest.mark.parametrize("mood", MOODS)
+@pytest.mark.parametrize("mood", [*MOODS, "auto"])
 def test_lips_that_meet_still_meet_in_every_mood(still, speech_wav, mood):
     """p, b and m as sealed as without life; only a resting mouth may part for a breath."""
     take = animate(speech_wav, mood=mood)
@@ -96,7 +96,7 @@ def test_lips_that_meet_still_meet_in_every_mood(still, speech_wav, mood):
     assert opening(take)[sealed].max() < 0.1
 
 
-@pytest.mark.parametrize("mood", MOODS)
+@pytest.mark.parametrize("mood", [*MOODS, "auto"])
 def test_no_mood_clips_a_shape(speech_wav, still, mood):
     """Every curve is within its range, and no mood takes a shape to its end."""
     curves = animate(speech_wav, mood=mood).curves
