@@ -308,7 +308,7 @@ class Director:
         self._last_lid = row
 
     def _begin(self, start: PhraseStart) -> None:
-        """Breathe, take another posture, and look away more often than not."""
+        """Breathe, take another posture, and look away at times."""
         row = start.row
         if start.pause > 35:
             depth = min(1.0, start.pause / 150) * (0.6 + 0.4 * self._draw())
@@ -320,7 +320,7 @@ class Director:
             self._raise_brows(row, 0.16 + 0.24 * self._draw())
 
     def _end(self, end: PhraseEnd) -> None:
-        """Settle, look back or, where more will come, away, and blink more often than not."""
+        """Settle, look back or, where more will come, perhaps away, and often blink."""
         self._canvas.pulse(NOD, end.row - 20, hill(75), SETTLE_DEG * self._draw())
         self._take_posture(end.row + 5, 0.6)
         if self._draw() < 0.45 * self._blink_rate:
