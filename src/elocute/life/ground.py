@@ -19,19 +19,19 @@ SIZES = {
     "tilt": 0.17,
     "look_down": 0.10,
     "look_left": 0.12,
-    "brow_inner": 0.012,
-    "brow_left": 0.010,
-    "brow_right": 0.010,
-    "lid": 0.014,
+    "brow_inner": 0.018,
+    "brow_left": 0.015,
+    "brow_right": 0.015,
+    "lid": 0.018,
     "side": 0.65,
     "corner": 0.65,
 }
 """Root mean squares: degrees, weights of shapes, and mm that a mouth is aside and uneven."""
 UPWARDS = ("brow_inner", "brow_left", "brow_right", "lid")
 """What is a shape's weight, and never below 0."""
-SECONDS = (11.3, 5.9, 3.1)
+SECONDS = (9.7, 5.3, 2.6)
 """Of the waves, for a channel in the middle; others take up to a third more or less."""
-SHARES = (0.75, 0.6, 0.28)  # of the waves; squares sum to one
+SHARES = (0.65, 0.6, 0.47)  # of the waves; squares sum to one
 GOLDEN, PLASTIC = 0.6180339887498949, 0.7548776662466927  # step evenly through 0…1
 
 
@@ -52,7 +52,7 @@ class Ground:
         self._hz = 1 / (np.outer(SECONDS, spread))
         self._phases = np.outer((1, 2, 3), place) * GOLDEN + person.salt * (1 + place * PLASTIC % 1)
         self._sizes = np.array([SIZES.get(name, 0.0) for name in channels])
-        self._level = self._sizes * [2.4 if name in UPWARDS else 0.0 for name in channels]
+        self._level = self._sizes * [2.45 if name in UPWARDS else 0.0 for name in channels]
         for name, lean in (("side", person.side_mm), ("corner", person.corner_mm)):
             self._level[channels.index(name)] = lean
 
