@@ -22,13 +22,15 @@ from numpy.typing import NDArray
 from elocute.animation import animate
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
-from elocute.life.director import ACCENT, BLINK
-from elocute.life.face import head_turns, rows_of_frames
+from elocute.head.builtin import load_builtin_head
+from elocute.life.director import ACCENT, BLINK, LOOK_DOWN, LOOK_LEFT
+from elocute.life.face import HELD, head_turns, rows_of_frames
 from elocute.life.moods import NEUTRAL
 from elocute.life.prosody import ROW_RATE, ProsodyStream
 from elocute.life.prosody_events import EventFinder, Syllable
 from elocute.life.settings import Life
 from elocute.life.stream import LifeStream
+from elocute.motion.motion import Motion
 
 Floats = NDArray[np.float64]
 
@@ -36,6 +38,11 @@ EXAMPLE = Path(__file__).parents[1] / "src/elocute/assets/example.flac"
 RATE = 16000
 BANDS_HZ = ((0.0, 0.5), (0.5, 2.0), (2.0, 5.0), (5.0, 8.0))
 SHORT_S = 1.2  # the length of the shortest clips
+PAUSE_DB, SPEECH_DB = -30.0, -25.0  # of the loudest: below it nobody speaks, above it somebody does
+AWAY_DEG = 8.0  # that eyes are off the listener
+FROZEN_WEIGHT, FROZEN_M = 1e-4, 1e-6  # what moves no further from frame to frame stands still
+MOUTHS, MOUTH_S = 4, 60.0  # speakers of a source, and of each one's sound, that mouths are made for
+CORNERS = (291, 61)  # of tracked mouths: left and right
 UPPER_FACE = (
     "browInnerUp",
     "browOuterUpLeft",
@@ -60,12 +67,18 @@ class Source:
 
 @dataclass
 class Piece:
-    """A clip's head and lids: degrees (frame, 3), lid closure (frame,), loudness in dB."""
+    """A clip's head and lids: degrees (frame, 3), lid closure (frame,), loudness in dB.
+
+    gaze: (frame,) degrees off the listener, where it is known. mouth: (frame, 2) mm, how far
+    corners are to the left together, and the left one above the right one.
+    """
 
     pose: Floats
     closure: Floats
     loudness: Floats
     fps: float
+    gaze: Floats | None = None
+    mouth: Floats | None = None
 
 
 def main() -> None:
@@ -76,18 +89,29 @@ def main() -> None:
     sources = train_sources(given.data) if given.train else dev_sources(given.data)
     print(
         "| | blinks/min | half shut, s | std in 1.2 s, ° | 95 % of turns, ° | < 0.5 Hz |"
-        " 0.5–2 Hz | 2–5 Hz | 5–8 Hz | speed with loudness |"
+        " 0.5–2 Hz | 2–5 Hz | 5–8 Hz | speed with loudness | nod with loudness |"
+        " range of turns, ° | gaze off, % | mouth aside, uneven, mm |"
     )
-    print("|---|---|---|---|---|---|---|---|---|---|")
+    print("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|")
     for source in sources:
         people: list[Piece] = []
         ours: list[Piece] = []
-        for clips in source.speakers.values():
-            seen, made = both(clips)
+        for place, clips in enumerate(source.speakers.values()):
+            seen, made = both(clips, place < MOUTHS)
             people += seen
             ours += made
         print(row(f"{source.name}, people", people, source.window_s))
         print(row(f"{source.name}, ours", ours, source.window_s), flush=True)
+    print("\n| frames that stand still, % | 25 | 30 | 60 frames/s |\n|---|---|---|---|")
+    noise = np.random.default_rng(0).normal(0, 0.02, 20 * RATE).astype(np.float32)
+    silence = Waveform(np.zeros(20 * RATE, np.float32), RATE)
+    for name, sound in (
+        ("digital silence, 20 s", silence),
+        ("noise, 20 s", Waveform(noise, RATE)),
+        ("pauses of the example", read_audio(EXAMPLE, sample_rate=RATE)),
+    ):
+        told = " | ".join(f"{100 * frozen(sound, fps):.1f}" for fps in (25, 30, 60))
+        print(f"| {name} | {told} |", flush=True)
     talk = given.data / "talkers" / "dev" / "clips" / "edtalk_pose2.ogg"
     print(f"\n| | accents/min | with a raise | raises/min | {' | '.join(UPPER_FACE)} |")
     print(f"|---|---|---|---|{'---|' * len(UPPER_FACE)}")
@@ -105,6 +129,18 @@ def cost(sound: Waveform, block: int) -> float:
         stream.push(sound.samples[at : at + block])
     stream.flush()
     return (time.process_time() - started) / sound.duration_s
+
+
+def frozen(sound: Waveform, fps: float) -> float:
+    """Share of the frames of pauses in which no curve and no vertex of the face moves."""
+    motion = animate(sound, fps=fps).motion
+    level = loudness(sound, motion.frame_count, fps)
+    quiet = (level <= level.max() + PAUSE_DB) | (np.ptp(level) < 10)
+    still = np.abs(np.diff(motion.weights, axis=0)).max(axis=1) <= FROZEN_WEIGHT
+    for frame in np.flatnonzero(still & quiet[1:]).tolist():
+        before, after = motion.vertices(frame, frame + 2)
+        still[frame] = np.abs(after - before).max() <= FROZEN_M
+    return float(still[quiet[1:]].mean())
 
 
 def upper_face(name: str, sound: Waveform) -> str:
@@ -177,11 +213,13 @@ def _manifest(folder: Path) -> list[dict]:
     return json.loads((folder / "manifest.json").read_text())["clips"]
 
 
-def both(clips: Sequence[Path]) -> tuple[list[Piece], list[Piece]]:
+def both(clips: Sequence[Path], mouths: bool) -> tuple[list[Piece], list[Piece]]:
     """What the clips of one speaker show, and what is made of their sounds, joined."""
     sounds = [read_audio(clip.with_suffix(".ogg"), sample_rate=RATE) for clip in clips]
     stream = LifeStream(RATE, Life())
     rows = [stream.push(sound.samples) for sound in sounds]
+    joined = np.concatenate([sound.samples for sound in sounds])[: round(MOUTH_S * RATE)]
+    mouth = uneven(animate(Waveform(joined, RATE)).motion) if mouths else np.zeros((0, 2))
     made = np.concatenate([*rows, stream.flush()])
     seen, ours, start = [], [], 0
     for clip, sound in zip(clips, sounds, strict=True):
@@ -191,7 +229,18 @@ def both(clips: Sequence[Path]) -> tuple[list[Piece], list[Piece]]:
             # Where the joined sound has this clip, at the clip's own frames.
             own = rows_of_frames(made, 0, round(start / RATE * fps), count, fps)
             turns = head_turns(own, Life(), NEUTRAL)
-            ours.append(Piece(turns, own[:, BLINK].astype(float), piece.loudness, fps))
+            gaze = own[:, [LOOK_DOWN, LOOK_LEFT]] + (1 - HELD) * turns[:, :2]
+            shown = round(60 * start / RATE) + np.round(np.arange(count) * 60 / fps).astype(int)
+            ours.append(
+                Piece(
+                    turns,
+                    own[:, BLINK].astype(float),
+                    piece.loudness,
+                    fps,
+                    np.linalg.norm(gaze, axis=1),
+                    mouth[shown] if shown[-1] < len(mouth) else None,
+                )
+            )
             seen.append(piece)
         start += len(sound.samples)
     return seen, ours
@@ -202,10 +251,22 @@ def tracked(clip: Path, sound: Waveform) -> Piece | None:
     with np.load(clip) as stored:
         fps, eyes = float(stored["fps"]), np.asarray(stored["eye_open"], float)
         pose = np.asarray(stored["pose_deg"], float)
+        lips, points = np.asarray(stored["lip_xyz"], float), list(stored["lip_idx"])
+        lips = 1000 * load_builtin_head().eye_distance_m * lips / stored["eye_dist_px"].ravel()[0]
     if not (np.isfinite(pose).all() and np.isfinite(eyes).all()):
         return None
     closure = 1 - eyes / np.percentile(eyes, 85)
-    return Piece(pose, closure, loudness(sound, len(pose), fps), fps)
+    left, right = (lips[:, points.index(corner)] for corner in CORNERS)
+    mouth = np.stack([(left + right)[:, 0] / 2, (left - right)[:, 1]], axis=1)
+    return Piece(pose, closure, loudness(sound, len(pose), fps), fps, mouth=mouth)
+
+
+def uneven(motion: Motion) -> Floats:
+    """(frame, 2) mm: how far an animated mouth is aside, and one corner above the other."""
+    corners = motion.head.landmarks[[54, 48]]
+    basis = motion.head.expression_basis[:, corners].astype(float)
+    left, right = np.moveaxis(np.einsum("fs,spx->fpx", motion.weights, basis), 1, 0)
+    return 1000 * np.stack([(left + right)[:, 0] / 2, (left - right)[:, 1]], axis=1)
 
 
 def loudness(sound: Waveform, count: int, fps: float) -> Floats:
@@ -229,6 +290,11 @@ def row(name: str, pieces: Sequence[Piece], window_s: float) -> str:
     power = np.array([bands(part, p.fps) for p in pieces for part in windows(p, window_s)])
     rms = np.sqrt(power.mean(axis=0))
     cells = [axes(rms[band]) if window_s * BANDS_HZ[band][1] >= 2 else "–" for band in range(4)]
+    spoken = [p.loudness > p.loudness.max() + SPEECH_DB for p in pieces]
+    gaze = [
+        p.gaze[at] > AWAY_DEG for p, at in zip(pieces, spoken, strict=True) if p.gaze is not None
+    ]
+    mouths = [p.mouth.std(axis=0) for p in pieces if p.mouth is not None]
     told = (
         rate,
         half,
@@ -236,6 +302,10 @@ def row(name: str, pieces: Sequence[Piece], window_s: float) -> str:
         axes(np.percentile(away, 95, axis=0)),
         *cells,
         f"{together(pieces):.2f}",
+        f"{nodding(pieces):.2f}",
+        f"{np.median([np.ptp(p.pose[:, 1]) for p in pieces]):.1f}",
+        f"{100 * np.concatenate(gaze).mean():.0f}" if gaze else "–",
+        axes(np.mean(mouths, axis=0)),
     )
     return f"| {name} | {' | '.join(told)} |"
 
@@ -295,6 +365,12 @@ def together(pieces: Sequence[Piece]) -> float:
         if speed.std() > 0 and loud.std() > 0:
             found.append(np.corrcoef(speed, loud)[0, 1])
     return float(np.mean(found))
+
+
+def nodding(pieces: Sequence[Piece]) -> float:
+    """Size of the mean correlation, over clips, of how far a head nods with loudness."""
+    moved = [p for p in pieces if p.pose[:, 0].std() > 0 and p.loudness.std() > 0]
+    return abs(float(np.mean([np.corrcoef(p.pose[:, 0], p.loudness)[0, 1] for p in moved])))
 
 
 if __name__ == "__main__":

@@ -159,6 +159,8 @@ def animate(
     mix: str = "output",
     life: float | str | Life = 1.0,
     mood: str | Mood = "neutral",
+    seed: int = 0,
+    listen: bool = False,
     look: str | Look | None = "auto",
     edits: EditList | str | Path | Mapping[str, Any] | None = None,
     progress: Progress | None = None,
@@ -219,12 +221,19 @@ def animate(
         of what each style alone gives, before contacts and rests; "input" mixes what the network
         is told of styles. The rules mix the numbers of their styles either way.
     life : float, str or Life
-        How much moves beside the mouth, 0 to 1: head, brows, blinks, gaze, breath, cheeks; or
-        parts of it by name: "0.6", "head=0.5,blinks=0". It is made from the sound, so the same
-        sound gives the same motion. Joints turn where the head has any.
+        How much moves beside the mouth, 0 to 1: head, brows, blinks, gaze, breath, cheeks, and how
+        uneven the mouth is (asymmetry); or parts of it by name: "0.6", "head=0.5,blinks=0". It is
+        made from the sound, so the same sound gives the same motion. Joints turn where the head has
+        any.
     mood : str or Mood
         How the person feels: "neutral", "happy", "sad", "angry", "surprised", "tender", with an
-        intensity or without ("happy:0.6").
+        intensity or without ("happy:0.6"); "auto": calm, lively or forceful, as the voice is.
+    seed : int
+        Another take: what is left to chance (blinks, looks, nods) comes at other times for each
+        seed, and the mouth is the same.
+    listen : bool
+        Whether the sound is a partner's, whom the face listens to: it looks at them, nods where
+        their phrases end, and its lips rest.
     look : str, Look or None
         What pictures, pages and .glb dress the built-in head in: "auto", the look of its identity;
         "none", the bare head; a person's name or a seed; either with parts changed, as in
@@ -247,12 +256,13 @@ def animate(
         not what is said; AudioError for sound, HeadError for heads and identities,
         ModelError for models and styles.
     """
-    check_animation_settings(fps, strength)
+    check_animation_settings(fps, strength, seed)
+    check_kind("listen", listen, bool, "True or False")
     fps = frame_rate(fps)
     finished, outputs = lays_contacts(contacts), mixes_outputs(mix)
     check_kind("progress", progress, (Callable, type(None)), "a function or None")
     alive, feeling = resolve_life(life), resolve_mood(mood)
-    check_alone(phones=phones, text=text, transcribe=transcribe or None)
+    check_alone(phones=phones, text=text, transcribe=transcribe or None, listen=listen or None)
     known = known_speech(phones, text, language)
     sound = resolve_speech(speech, rate, channel, track=track, partial=partial, notes=known.notes)
     chosen = open_model(model)
@@ -262,16 +272,16 @@ def animate(
     rig, person = _rig(head, mesh, identity, own_shapes=not chosen.makes_contacts)
     worn = _look(look, head, identity, rig)
     rig = chosen.rig(rig if rig.look == worn else _wearing(rig, worn))
-    face = LivingFace(rig, alive, feeling, person)
+    face = LivingFace(rig, alive, feeling, person.drawn(seed))
     if transcribe:
         listened, progress = _parted(progress, sound)
         words = recognise(sound, transcribe, language, channel, listened)
         known = transcribed_speech(words, tuple(known.notes))
     with _sound_blocks(sound, channel, known.notes) as blocks:
-        listener = _Listener(face.stream(blocks.sample_rate))
+        listener = _Listener(face.stream(blocks.sample_rate), listen)
         features, duration_s = extract_features(
             chosen,
-            listener.heard(blocks) if alive.any else blocks,
+            listener.heard(blocks),
             contacts=finished,
             phones=known.phones,
             progress=progress,
@@ -295,7 +305,7 @@ def animate(
         curves = curves_from_motion(motion).select(curves.names)
     if known.phones is not None and chosen.encoder != "phones":
         known.tell(f"{chosen.name} takes {chosen.encoder}: phones move its contacts alone")
-    if max(stirred, default=0.0) < STIRRED:
+    if max(stirred, default=0.0) < STIRRED and not listen:
         known.tell(_unheard(sound))
     if rig.character is not None:
         known.notes.extend(rig.character.notes)
@@ -337,10 +347,10 @@ def _unheard(sound: Path | Waveform) -> str:
 
 
 class _Listener:
-    """A stream of life that hears the blocks of a sound as they pass."""
+    """A stream of life that hears a sound as it passes; the mouth of who listens does not."""
 
-    def __init__(self, stream: LifeStream) -> None:
-        self._stream = stream
+    def __init__(self, stream: LifeStream, listening: bool) -> None:
+        self._stream, self._listening = stream, listening
         self._rows: list[NDArray[np.float32]] = []
 
     def heard(self, sound: SoundBlocks) -> SoundBlocks:
@@ -351,8 +361,8 @@ class _Listener:
         self, blocks: Iterable[tuple[NDArray[np.float32], float]]
     ) -> Iterator[tuple[NDArray[np.float32], float]]:
         for block, share in blocks:
-            self._rows.append(self._stream.push(block))
-            yield block, share
+            self._rows.append(self._stream.push(block, self._listening))
+            yield np.zeros_like(block) if self._listening else block, share
 
     def rows(self) -> NDArray[np.float32]:
         """(row, channel) of all that was heard; one still row where it was nothing."""

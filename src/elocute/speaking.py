@@ -37,6 +37,7 @@ def say(
     mix: str = "output",
     life: float | str | Life = 1.0,
     mood: str | Mood = "neutral",
+    seed: int = 0,
     look: str | Look | None = "auto",
     edits: EditList | str | Path | Mapping[str, Any] | None = None,
     progress: Progress | None = None,
@@ -57,7 +58,7 @@ def say(
         How fast, 80 to 450.
     pitch : int
         Of the voice, 0 to 99.
-    fps, identity, head, mesh, style, strength, model, contacts, mix, life, mood, look
+    fps, identity, head, mesh, style, strength, model, contacts, mix, life, mood, seed, look
         As `animate` takes them.
     edits, progress
         Likewise.
@@ -89,6 +90,7 @@ def say(
         mix=mix,
         life=life,
         mood=mood,
+        seed=seed,
         look=look,
         edits=edits,
         progress=progress,

@@ -32,6 +32,20 @@ def test_on_the_command_line(speech_wav, tmp_path, cli, refused):
     refused(*said, "--overwrite", "--mood", "grumpy", says="neutral, happy")
 
 
+def test_another_take_and_a_listener_on_the_command_line(speech_wav, tmp_path, cli, refused):
+    said = ["animate", speech_wav, "--fps", "30", "-o"]
+    cli(*said, tmp_path / "second.npz", "--seed", "2")
+    second = elocute.load_motion(tmp_path / "second.npz")
+    assert np.array_equal(second.weights, animate(speech_wav, fps=30, seed=2).motion.weights)
+    cli(*said, tmp_path / "listener.npz", "--listen", "--seed", "2")
+    listener = elocute.load_motion(tmp_path / "listener.npz")
+    jaw = listener.head.expression_names.index("jawOpen")
+    assert listener.weights[:, jaw].max() == 0 < second.weights[:, jaw].max()
+    assert np.ptp(listener.weights, axis=0).max() > 0.4  # it blinks
+    refused(*said, tmp_path / "x.npz", "--listen", "--text", "hello", says="--listen")
+    refused(*said, tmp_path / "x.npz", "--seed", "-1", says="--seed")
+
+
 def test_csv_and_json_hold_the_turns_of_the_head(alive, tmp_path, cli, refused):
     alive.write(tmp_path / "talk.csv").write(tmp_path / "talk.json")
     with (tmp_path / "talk.csv").open(newline="") as file:

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
+import numpy as np
 import pytest
 
 from elocute.errors import InputError
 from elocute.life import MOODS, Life, Mood, resolve_life, resolve_mood
+from elocute.life.moods import heard_mood
 
 
 def test_a_number_is_meant_for_every_part():
-    assert resolve_life("0.6") == resolve_life(0.6) == Life(*[0.6] * 6)
+    assert resolve_life("0.6") == resolve_life(0.6) == Life(*[0.6] * 7)
     assert resolve_life(1) == Life() and resolve_life("1").any
     assert not resolve_life("0").any
 
 
 def test_parts_by_name_leave_the_others_as_they_are():
     assert resolve_life("head=0.5,blinks=0") == Life(head=0.5, blinks=0.0)
-    assert resolve_life("0,head=1") == Life(1.0, 0, 0, 0, 0, 0)
+    assert resolve_life("0,head=1") == Life(1.0, 0, 0, 0, 0, 0, 0)
     assert resolve_life(Life(gaze=0.2)).gaze == 0.2
 
 
@@ -51,7 +53,20 @@ def test_moods_mix():
     assert resolve_mood(Mood(head=0.5)).head == 0.5
 
 
-@pytest.mark.parametrize("wrong", ["grumpy", "happy:2", "happy:x", "happy,sad", "", 3, "sad,sad"])
+def test_a_mood_can_be_left_to_the_voice():
+    """Varied voices are lively, effort knits the brows, and neither makes a smile."""
+    auto, never, fully = resolve_mood("auto"), np.zeros(2), np.ones(2)
+    calm, lively = (heard_mood(auto, varied, never) for varied in (never, fully))
+    forceful = heard_mood(auto, fully, fully)
+    assert (calm.head < 1).all() and (lively.head > 1).all() and (forceful.head > 1).all()
+    assert (forceful.curves["browDown"] > 0.3).all() and (calm.curves["browDown"] == 0).all()
+    assert not any(name.startswith("mouth") for name in lively.curves)
+    assert heard_mood(MOODS["sad"], never, never) is MOODS["sad"]
+
+
+@pytest.mark.parametrize(
+    "wrong", ["grumpy", "auto:0.5", "auto,sad", "happy:2", "happy:x", "happy,sad", "", 3, "sad,sad"]
+)
 def test_what_is_no_mood_is_refused_in_a_line(wrong):
     with pytest.raises(InputError, match=r"mood.*allowed") as told:
         resolve_mood(wrong)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from elocute.errors import InputError
 from elocute.one_line_repr import brief
-from elocute.settings import check_settings, described, setting, setting_of
+from elocute.settings import SEED_MAX, check_settings, described, setting, setting_of
 
 
 @described
@@ -35,6 +35,13 @@ class AnimationSettings:
         choices=("output", "input"),
         help="Where a trained model mixes styles: their outputs, as published, or at its input. "
         "The rules mix the numbers of their styles.",
+    )
+
+    seed: int = setting(
+        0,
+        low=0,
+        high=SEED_MAX,
+        help="Another take of the same sound: other blinks, looks and nods for each seed.",
     )
 
     def __post_init__(self) -> None:

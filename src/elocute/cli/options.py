@@ -46,13 +46,20 @@ Life = typer.Option(
     "1",
     "--life",
     help="How much moves beside the mouth, made from the sound: 0 to 1, or parts of it (head, "
-    "brows, blinks, gaze, breath, cheeks), as in 0.6 or head=0.5,blinks=0.",
+    "brows, blinks, gaze, breath, cheeks, asymmetry), as in 0.6 or head=0.5,blinks=0.",
 )
 Mood = typer.Option(
     "neutral",
     "--mood",
     help="How the person feels: neutral, happy, sad, angry, surprised or tender, with an "
-    "intensity or without (happy:0.6).",
+    "intensity or without (happy:0.6); auto: calm, lively or forceful, as the voice is.",
+)
+TakeSeed = option(AnimationSettings, "seed")
+Listen = typer.Option(
+    False,
+    "--listen",
+    help="The sound is a partner's: the face listens (looks at them, nods where their phrases end) "
+    "and its lips rest.",
 )
 Look = typer.Option(
     "auto",

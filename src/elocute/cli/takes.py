@@ -37,6 +37,7 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     "mix": (str, options.Mix),
     "life": (str, options.Life),
     "mood": (str, options.Mood),
+    "seed": (int, options.TakeSeed),
     "look": (str, options.Look),
     "edits": (Path | None, options.Edits),
     "hair": (str | None, options.Hair),

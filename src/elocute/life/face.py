@@ -21,17 +21,22 @@ from elocute.life.director import (
     BROW_R,
     CHEEK_L,
     CHEEK_R,
+    CORNER,
     DOWN,
+    FORCE,
     INNER,
+    LID,
+    LIVELY,
     LOOK_DOWN,
     LOOK_LEFT,
     NOD,
+    SIDE,
     SQUINT,
     TILT,
     TURN,
     WIDE,
 )
-from elocute.life.moods import NEUTRAL, Mood
+from elocute.life.moods import NEUTRAL, Mood, heard_mood
 from elocute.life.people import AVERAGE, Person
 from elocute.life.prosody import ROW_RATE
 from elocute.life.settings import Life
@@ -48,12 +53,17 @@ HELD = 0.85  # share of a head turn that the eyes take back, so that they rest o
 REACH_DEG = {"Up": 21.0, "Down": 27.0, "In": 32.0, "Out": 32.0}
 """How far the built-in head's eyeLook shapes turn the eyes at weight one."""
 BREATH_JAW = 0.035  # weight of jawOpen: lips part by about a millimetre
+QUIET_BREATH = 0.3  # up to here they stay together, and the nose does it
 BREATH_NOD_DEG = -0.7  # the head rises a little
 MOVING = 0.08  # weight of a mouth shape from which on a mouth does not rest
 ROUND_KEEPS = 0.3  # share of a smile that a fully rounded mouth keeps
 SPOKEN = ("jawOpen", "mouthPucker", "mouthFunnel", "mouthLabiodental")
 # Shapes of a mood that an open jaw takes back, and a lip at the teeth.
 CLOSED_ONLY = ("mouthPress", "mouthShrugLower")
+
+# mm at weight one: how far corners go aside with mouth and jaw, and one of them up.
+MOUTH_ASIDE_MM, JAW_ASIDE_MM, SMILE_MM = 4.9, 2.0, 6.5
+UNEVEN_AT = 0.06  # weight of jawOpen between lips at which a mouth is half as uneven as it gets
 
 Columns = dict[str, Float64Array]
 
@@ -82,7 +92,12 @@ class LivingFace:
     @property
     def still(self) -> bool:
         """Whether nothing is laid over."""
-        return not self.life.any and self.mood == NEUTRAL
+        return not self.listens and self.mood == NEUTRAL
+
+    @property
+    def listens(self) -> bool:
+        """Whether anything depends on the sound."""
+        return self.life.any or self.mood.heard
 
     def stream(self, sample_rate: int) -> LifeStream:
         """A stream of its life for one sound."""
@@ -141,7 +156,7 @@ def living_curves(curves: Curves, rows: Float32Array, life: Life, mood: Mood) ->
     Curves
         0 to 1; curves that were not there before come last.
     """
-    lived = rows.astype(np.float64)
+    lived, mood = rows.astype(np.float64), _felt(mood, rows)
     names = dict.fromkeys((*curves.names, *ARKIT_NAMES))
     table = curves.select(tuple(names)).values.astype(np.float64)
     face = dict(zip(names, table.T, strict=True))
@@ -150,9 +165,12 @@ def living_curves(curves: Curves, rows: Float32Array, life: Life, mood: Mood) ->
     _follow_mouth(face, life.cheeks)
     _squeeze(face, life.cheeks * lived)
     _feel(face, mood.curves, spoken)
-    _breathe(face, life.breath * lived[:, BREATH], resting)
+    _lean(face, life.asymmetry * lived)
+    _breathe(face, lived[:, BREATH], resting, life.breath)
     _raise_brows(face, lived, life.brows * mood.brows, mood.curves.get("browDown", 0.0))
     _look(face, _eyes_deg(rows, life, mood))
+    for side in SIDES:
+        face[f"eyeBlink{side}"] = _over(face[f"eyeBlink{side}"], life.gaze * lived[:, LID])
     _blink(face, lived[:, BLINK])
     values = np.clip(np.stack(list(face.values()), axis=1), 0, 1)
     return Curves(values.astype(np.float32), tuple(face), curves.fps)
@@ -222,16 +240,23 @@ def head_turns(rows: FloatArray, life: Life, mood: Mood) -> Float64Array:
     (frame, 3) float64
         Degrees: nod (chin down), turn to the own left, tilt to the own right.
     """
-    turns = life.head * mood.head * rows[:, [NOD, TURN, TILT]].astype(np.float64)
+    mood = _felt(mood, rows)
+    turns = life.head * rows[:, [NOD, TURN, TILT]].astype(np.float64)
+    turns *= np.reshape(mood.head, (-1, 1))
     turns[:, 0] += life.breath * BREATH_NOD_DEG * rows[:, BREATH]
-    return turns + np.array(mood.pose_deg)
+    return turns + np.stack(np.broadcast_arrays(*mood.pose_deg), axis=-1)
+
+
+def _felt(mood: Mood, rows: FloatArray) -> Mood:
+    return heard_mood(mood, *rows[:, [LIVELY, FORCE]].T.astype(np.float64))
 
 
 def _eyes_deg(rows: FloatArray, life: Life, mood: Mood) -> Float64Array:
     """(frame, 2) down and to the own left, in the head: what is looked at less the head's turn."""
     looked = rows[:, [LOOK_DOWN, LOOK_LEFT]].astype(np.float64)
     eyes = life.gaze * (looked - HELD * head_turns(rows, life, mood)[:, :2])
-    return eyes + np.array([mood.look_down_deg, 0.0])
+    eyes[:, 0] += mood.look_down_deg
+    return eyes
 
 
 def _over(below: Float64Array, above: Float64Array | float) -> Float64Array:
@@ -278,11 +303,26 @@ def _feel(face: Columns, mood: Mapping[str, float], spoken: Columns) -> None:
             face[each] = _over(face[each], weight * room)
 
 
-def _breathe(face: Columns, breath: Float64Array, resting: Float64Array) -> None:
+def _lean(face: Columns, rows: Float64Array) -> None:
+    """Let an open mouth be uneven; lips that meet, or meet the teeth, are even."""
+    gap = np.maximum(face["jawOpen"] - face["mouthClose"], 0)
+    uneven = gap**2 / (gap**2 + UNEVEN_AT**2)
+    if "mouthLabiodental" in face:
+        uneven *= np.clip(1 - 2 * face["mouthLabiodental"], 0, 1)
+    aside = uneven * rows[:, SIDE] / (MOUTH_ASIDE_MM + JAW_ASIDE_MM)
+    up = uneven * rows[:, CORNER] / SMILE_MM
+    for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
+        for name, weight in (("mouth", aside), ("jaw", aside), ("mouthSmile", up)):
+            face[f"{name}{side}"] = _over(face[f"{name}{side}"], np.clip(sign * weight, 0, 1))
+
+
+def _breathe(face: Columns, breath: Float64Array, resting: Float64Array, share: float) -> None:
     """Part resting lips a little, flare the nostrils."""
-    face["jawOpen"] = face["jawOpen"] + BREATH_JAW * breath * resting
+    deep = np.clip((breath - QUIET_BREATH) / (1 - QUIET_BREATH), 0, 1)
+    face["jawOpen"] = face["jawOpen"] + share * BREATH_JAW * deep * resting
     for side in SIDES:
-        face[f"noseSneer{side}"] = _over(face[f"noseSneer{side}"], 0.04 * breath * resting)
+        flared = share * 0.04 * breath * resting
+        face[f"noseSneer{side}"] = _over(face[f"noseSneer{side}"], flared)
 
 
 def _raise_brows(face: Columns, rows: Float64Array, share: float, held_down: float) -> None:

@@ -7,9 +7,11 @@ that p, b and m stay sealed whatever the mood.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
+from elocute.array_types import Float64Array
 from elocute.errors import InputError
 from elocute.head.feeling_shapes import FEELING_SHAPES
 from elocute.one_line_repr import brief
@@ -31,6 +33,9 @@ class Mood:
         How far these move, as a share of what they do in no mood.
     blinks : float
         How often lids close, likewise.
+    heard : bool
+        Whether the rest is not yet known but told by the voice, frame by frame (`heard_mood`);
+        numbers are then (frame,).
     """
 
     curves: Mapping[str, float] = field(default_factory=dict)
@@ -40,6 +45,7 @@ class Mood:
     head: float = 1.0
     brows: float = 1.0
     blinks: float = 1.0
+    heard: bool = False
 
 
 MOODS: dict[str, Mood] = {
@@ -84,8 +90,22 @@ MOODS: dict[str, Mood] = {
         blinks=0.9,
     ),
 }
-NEUTRAL = MOODS["neutral"]
-ALLOWED = f"{', '.join(MOODS)}, with an intensity from 0 to 1 or without, as in happy:0.6"
+NEUTRAL, AUTO = MOODS["neutral"], Mood(heard=True)
+# What a voice tells: how varied it is and how much effort is in it. No valence: there is no smile.
+CALM = Mood({"eyeBlink": 0.04}, head=0.75, brows=0.7)
+LIVELY = Mood(
+    {"browOuterUp": 0.10, "browInnerUp": 0.06, "eyeWide": 0.10, "cheekSquint": 0.12},
+    pose_deg=(-1.0, 0.0, 0.0),
+    head=1.3,
+    brows=1.3,
+)
+FORCEFUL = Mood(
+    {"browDown": 0.42, "eyeSquint": 0.24, "noseSneer": 0.14},
+    pose_deg=(1.5, 0.0, 0.0),
+    head=1.35,
+    brows=0.8,
+)
+ALLOWED = f"auto, or {', '.join(MOODS)}, with an intensity from 0 to 1 or without, as in happy:0.6"
 
 
 def resolve_mood(given: str | Mood) -> Mood:
@@ -95,8 +115,8 @@ def resolve_mood(given: str | Mood) -> Mood:
     ----------
     given : str or Mood
         A name of MOODS ("happy"), one with an intensity from 0 to 1 ("happy:0.6"), several whose
-        intensities sum to one at most ("sad:0.5,tender:0.4"), or a Mood, which is returned as it
-        is.
+        intensities sum to one at most ("sad:0.5,tender:0.4"), "auto" for what the voice tells, or a
+        Mood, which is returned as it is.
 
     Returns
     -------
@@ -111,6 +131,8 @@ def resolve_mood(given: str | Mood) -> Mood:
         return given
     if not isinstance(given, str):
         raise InputError.about("`mood`", found=brief(given), allowed=ALLOWED)
+    if given.strip() == "auto":
+        return AUTO
     shares: dict[str, float] = {}
     for part in given.split(","):
         name, colon, number = part.strip().partition(":")
@@ -122,15 +144,36 @@ def resolve_mood(given: str | Mood) -> Mood:
         raise InputError.about(
             "`mood`", found=f"{given[:60]!r}", allowed="intensities that sum to 1 at most"
         )
+    return _mixed([(MOODS[name], share) for name, share in shares.items()])
+
+
+def heard_mood(mood: Mood, lively: Float64Array, force: Float64Array) -> Mood:
+    """The mood of frames.
+
+    Parameters
+    ----------
+    mood : Mood
+        What was chosen; all but AUTO are returned as they are.
+    lively, force : (frame,) float64
+        How varied the voice is, and how much effort is in it, 0 to 1.
+
+    Returns
+    -------
+    Mood
+        For AUTO with numbers (frame,).
+    """
+    if not mood.heard:
+        return mood
+    easy = 1 - force
+    shares = ((CALM, (1 - lively) * easy), (LIVELY, lively * easy), (FORCEFUL, force))
     return _mixed(shares)
 
 
-def _mixed(shares: Mapping[str, float]) -> Mood:
-    """The moods of these intensities together; what is left of one is neutral."""
-    parts = [(MOODS[name], share) for name, share in shares.items()]
+def _mixed(parts: Sequence[tuple[Mood, Any]]) -> Mood:
+    """Moods of these intensities together; what is left of one is neutral."""
     names = dict.fromkeys(name for mood, _ in parts for name in mood.curves)
 
-    def scaled(aspect: str) -> float:
+    def scaled(aspect: str) -> Any:
         return 1 + sum(share * (getattr(mood, aspect) - 1) for mood, share in parts)
 
     nod, turn, tilt = (

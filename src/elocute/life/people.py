@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,8 @@ class Person:
         How far brows go with stress.
     lean : float
         Share by which the left brow goes further than the right.
+    side_mm, corner_mm : float
+        How far the mouth is to the own left, and its left corner above the right one.
     """
 
     salt: float = 0.0
@@ -32,8 +34,15 @@ class Person:
     blink_length: float = 1.0
     brows: float = 1.0
     lean: float = 0.0
+    side_mm: float = 0.0
+    corner_mm: float = 0.0
+
+    def drawn(self, seed: int) -> Person:
+        """The same person on another occasion, 0 for the first: what is left to chance differs."""
+        return replace(self, salt=self.salt + 5 * (seed * SILVER % 1))
 
 
+SILVER = 0.4142135623730951
 AVERAGE = Person()
 
 
@@ -51,7 +60,9 @@ def person_of(identity: FloatArray) -> Person:
     """
     place = np.arange(1, len(identity) + 1)
     # A wave of another length for each number: sums that no two faces share, and 0 of zeros.
-    sums = np.cos(np.outer((1.0, 1.7, 2.3, 2.9, 3.1), place)) @ np.asarray(identity, np.float64)
+    sums = np.cos(np.outer((1.0, 1.7, 2.3, 2.9, 3.1, 3.7, 4.3), place)) @ np.asarray(
+        identity, np.float64
+    )
     own = np.sin(2 * sums)
     return Person(
         salt=float(5 * sums[0]),
@@ -59,4 +70,6 @@ def person_of(identity: FloatArray) -> Person:
         blink_length=float(1 + 0.12 * own[2]),
         brows=float(2 ** (0.2 * own[3])),
         lean=float(0.12 * own[4]),
+        side_mm=float(0.4 * own[5]),
+        corner_mm=float(0.5 * own[6]),
     )

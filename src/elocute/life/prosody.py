@@ -1,4 +1,4 @@
-"""What life is made from: level and pitch of the voice, row by row, as the sound comes in.
+"""What life is made from: level, pitch and tilt of the voice, row by row, as the sound comes in.
 
 Rows are computed in batches that always begin at the same sample, so that cutting the sound into
 other blocks gives the same numbers bit for bit.
@@ -24,10 +24,11 @@ BATCH = 10  # rows
 SPECTRUM = 1024  # at least a window and the longest lag
 PITCH_HZ = (70.0, 400.0)
 BAND_HZ = (60.0, 1500.0)  # the harmonics that show the pitch, without hum
+BRIGHT_HZ = (1000.0, 5000.0)  # louder against what is below it with more effort
 OCTAVE_COST = 0.03  # of periodicity, for each octave that a period is longer
 LEAST_POWER = 1e-20  # of silence: far below any recording, so that levels are relative
-LEVEL, PITCH, VOICING = range(3)
-SILENT_ROW = (-200.0, 0.0, 0.0)
+LEVEL, PITCH, VOICING, TILT = range(4)
+SILENT_ROW = (-200.0, 0.0, 0.0, 0.0)
 PROSODY_S = (WINDOW / 2 + BATCH * HOP) / SPEECH_RATE
 """A row comes no later than this after its own time."""
 
@@ -35,23 +36,26 @@ _WINDOW = hann(WINDOW)
 _LAGS = np.arange(int(SPEECH_RATE / PITCH_HZ[1]), int(SPEECH_RATE / PITCH_HZ[0]) + 1)
 _HZ = np.fft.rfftfreq(SPECTRUM, 1 / SPEECH_RATE)
 _HARMONICS = (BAND_HZ[0] <= _HZ) & (BAND_HZ[1] >= _HZ)
-_AUDIBLE = BAND_HZ[0] <= _HZ
+_AUDIBLE = slice(int(np.searchsorted(_HZ, BAND_HZ[0])), None)
+_BRIGHT = slice(*np.searchsorted(_HZ, BRIGHT_HZ).tolist())
+_DARK = slice(_AUDIBLE.start, _BRIGHT.start)
 _OWN = np.fft.irfft(np.abs(np.fft.rfft(_WINDOW, SPECTRUM)) ** 2)
 _OWN = _OWN[_LAGS[0] - 1 : _LAGS[-1] + 2] / _OWN[0]
 
 
 class ProsodyStream:
-    """Batches of rows of level (dB of full scale), pitch (semitones above 100 Hz) and voicing.
+    """Batches of rows of level (dB of full scale), pitch (semitones above 100 Hz), voicing, tilt.
 
     Row k is at k / `ROW_RATE`, as far as a row of a periodic sound tells: pitch is 0 where
-    voicing, the periodicity from 0 to 1, is 0.
+    voicing, the periodicity from 0 to 1, is 0. Tilt is how much louder, in dB, the band is that
+    grows with effort than what is below it.
     """
 
     def __init__(self) -> None:
         self._samples: Float64Array = np.zeros(WINDOW // 2)  # the first row is at the first sample
 
     def push(self, samples: Float32Array) -> Iterator[Float64Array]:
-        """Take sound at 16 kHz; give the batches (row, 3) that are certain now."""
+        """Take sound at 16 kHz; give the batches (row, 4) that are certain now."""
         self._samples = np.concatenate([self._samples, samples.astype(np.float64)])
         reach = (BATCH - 1) * HOP + WINDOW
         first = 0
@@ -68,7 +72,7 @@ class ProsodyStream:
 
 
 def prosody_rows(samples: Float64Array) -> Float64Array:
-    """Level, pitch and voicing of overlapping windows, by the autocorrelation of each.
+    """Level, pitch, voicing and tilt of overlapping windows, by the autocorrelation of each.
 
     Parameters
     ----------
@@ -77,7 +81,7 @@ def prosody_rows(samples: Float64Array) -> Float64Array:
 
     Returns
     -------
-    (row, 3) float64
+    (row, 4) float64
         A row for each window that fits.
 
     References
@@ -101,7 +105,8 @@ def prosody_rows(samples: Float64Array) -> Float64Array:
     voicing = np.clip((height - 0.35) / 0.35, 0, 1)
     lag = _LAGS[best] + _vertex(likeness, rows, best)
     pitch = np.where(voicing > 0, 12 * np.log2(SPEECH_RATE / lag / 100), 0.0)
-    return np.stack([level, pitch, voicing], axis=1)
+    bright, dark = (power[:, band].sum(axis=1) + LEAST_POWER for band in (_BRIGHT, _DARK))
+    return np.stack([level, pitch, voicing, 10 * np.log10(bright / dark)], axis=1)
 
 
 def _vertex(values: Float64Array, rows: NDArray[np.intp], best: NDArray[np.intp]) -> Float64Array:

@@ -25,8 +25,9 @@ class Life:
     brows: float = setting(1.0, low=0.0, high=1.0, help="Brows, and lids with them, on accents.")
     blinks: float = setting(1.0, low=0.0, high=1.0, help="Share of the blinks that are made.")
     gaze: float = setting(1.0, low=0.0, high=1.0, help="Movements of the eyes, and lids with them.")
-    breath: float = setting(1.0, low=0.0, high=1.0, help="Breaths before phrases.")
+    breath: float = setting(1.0, low=0.0, high=1.0, help="Breaths, at rest and before phrases.")
     cheeks: float = setting(1.0, low=0.0, high=1.0, help="Cheeks and lids, with mouth and accents.")
+    asymmetry: float = setting(1.0, low=0.0, high=1.0, help="How uneven an open mouth is.")
 
     def __post_init__(self) -> None:
         check_settings(self, about="life")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
-from elocute.array_types import Float32Array
+from elocute.array_types import Float32Array, Float64Array
 from elocute.audio.resampling_stream import RESAMPLING_S, ResamplingStream
 from elocute.audio.waveform import SPEECH_RATE
 from elocute.life.director import CHANNELS, LOOKAHEAD_ROWS, Director
@@ -40,6 +42,8 @@ class LifeStream:
         self, sample_rate: int, life: Life, mood: Mood = NEUTRAL, person: Person = AVERAGE
     ) -> None:
         self._sample_rate, self._samples = sample_rate, 0
+        self._turns: list[tuple[float, bool]] = []  # seconds from which on somebody else speaks
+        self._heard_rows, self._listening = 0, False
         self._resampled = ResamplingStream(sample_rate, SPEECH_RATE)
         self._prosody = ProsodyStream()
         self._director = Director(life.blinks, mood.blinks, person)
@@ -50,8 +54,13 @@ class LifeStream:
         """How much later than its own time a row comes, s."""
         return LOOKAHEAD_S
 
-    def push(self, samples: Float32Array) -> Float32Array:
-        """Take a block (sample,); give the rows that are certain now, perhaps none."""
+    def push(self, samples: Float32Array, listen: bool = False) -> Float32Array:
+        """Take a block (sample,); give the rows that are certain now, perhaps none.
+
+        With `listen` it is a partner's voice, whom the face attends to.
+        """
+        if listen != (self._turns[-1][1] if self._turns else self._listening):
+            self._turns.append((self._samples / self._sample_rate, listen))
         self._samples += len(samples)
         return self._rows(self._prosody.push(self._resampled.push(samples)))
 
@@ -65,8 +74,13 @@ class LifeStream:
             rows.append(self._rows([silence]))
         return np.concatenate(rows)
 
-    def _rows(self, batches) -> Float32Array:
-        found = [self._director.push(batch) for batch in batches]
-        rows = np.concatenate([np.zeros((0, len(CHANNELS)), np.float32), *found])
+    def _rows(self, batches: Iterable[Float64Array]) -> Float32Array:
+        found = [np.zeros((0, len(CHANNELS)), np.float32)]
+        for batch in batches:
+            while self._turns and self._turns[0][0] <= self._heard_rows / ROW_RATE:
+                self._listening = self._turns.pop(0)[1]
+            self._heard_rows += len(batch)
+            found.append(self._director.push(batch, self._listening))
+        rows = np.concatenate(found)
         self._given += len(rows)
         return rows

@@ -40,7 +40,13 @@ from elocute.models.registry import DEFAULT_MODEL, open_model
 from elocute.models.style_mixes import checked_style
 from elocute.motion.curves import Curves
 from elocute.numerics.frame_rates import frame_rate
-from elocute.numerics.input_checks import NUMBERS_MAX, array_of, real_number
+from elocute.numerics.input_checks import (
+    NUMBERS_MAX,
+    array_of,
+    check_kind,
+    real_number,
+    whole_number,
+)
 from elocute.numerics.quaternions import no_turn
 from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import brief
@@ -149,6 +155,11 @@ class CurveStream:
     def frames_given(self) -> int:
         """How many frames `push` and `flush` gave so far; the next one's time is that / fps."""
         return self._frames
+
+    @property
+    def samples_taken(self) -> int:
+        """How many samples `push` took so far."""
+        return self._samples
 
     def push(self, samples: NDArray[np.floating] | NDArray[np.int16]) -> Curves | None:
         """Take a block of sound.
@@ -278,7 +289,7 @@ class Stream:
         self._waiting: list[Curves] = []
         self._life: LifeStream | None = None
         self._rows, self._first_row = np.zeros((1, len(CHANNELS)), np.float32), 0
-        if face is not None and face.life.any:
+        if face is not None and face.listens:
             self._life, self._rows = face.stream(curves.sample_rate), self._rows[:0]
 
     @property
@@ -287,13 +298,18 @@ class Stream:
         waits = [self._curves.lookahead_s]
         return max(waits if self._life is None else [*waits, self._life.lookahead_s])
 
-    def push(self, samples: NDArray[np.floating] | NDArray[np.int16]) -> Iterator[Frame]:
+    def push(
+        self, samples: NDArray[np.floating] | NDArray[np.int16], *, listen: bool = False
+    ) -> Iterator[Frame]:
         """Take a block of sound; it counts as pushed at once.
 
         Parameters
         ----------
         samples : (sample,) floats within ±1, or int16
             Mono, at the stream's rate, of any length.
+        listen : bool
+            Whether it is a partner's voice: the face listens, and its lips rest. Each block may be
+            either, as people take turns.
 
         Returns
         -------
@@ -305,15 +321,18 @@ class Stream:
         AudioError
             For anything else, and after `flush`.
         """
+        check_kind("listen", listen, bool, "True or False")
         with self._lock:
-            return self._pushed(samples)
+            return self._pushed(samples, listen)
 
-    def _pushed(self, samples: NDArray[np.floating] | NDArray[np.int16]) -> Iterator[Frame]:
-        self._take(self._curves.push(samples))
+    def _pushed(
+        self, samples: NDArray[np.floating] | NDArray[np.int16], listen: bool
+    ) -> Iterator[Frame]:
+        block = checked_block(samples, self._curves.sample_rate, self._curves.samples_taken)
+        self._take(self._curves.push(np.zeros_like(block) if listen else block))
         if self._life is None:
             return self._frames(self._curves.frames_given)
-        block = checked_block(samples, self._curves.sample_rate, 0)
-        self._rows = np.concatenate([self._rows, self._life.push(block)])
+        self._rows = np.concatenate([self._rows, self._life.push(block, listen)])
         lively = (self._first_row + len(self._rows) - 1) * self._curves.fps / self._life.rate
         return self._frames(min(self._curves.frames_given, math.floor(lively)))
 
@@ -385,6 +404,7 @@ def stream(
     mix: str = "output",
     life: float | str | Life = 1.0,
     mood: str | Mood = "neutral",
+    seed: int = 0,
     identity: str | int | Path = "mean",
 ) -> Stream:
     """Animate speech while it comes in.
@@ -414,6 +434,8 @@ def stream(
         How much moves beside the mouth, as `animate` takes it.
     mood : str or Mood
         How the person feels, as `animate` takes it.
+    seed : int
+        Another take, as `animate` takes it: streams of other seeds do not blink together.
     identity : str, int or Path
         Who speaks, as `animate` takes it: people live each in their own way. Frames are curves,
         which fit any face.
@@ -444,7 +466,7 @@ def stream(
     from elocute.head.identity import identity_choice, resolve_identity
 
     alive, feeling = resolve_life(life), resolve_mood(mood)
-    check_animation_settings(fps, strength)
+    check_animation_settings(fps, strength, seed)
     fps = frame_rate(fps)
     opened = open_model(model)
     curves = CurveStream(
@@ -457,7 +479,7 @@ def stream(
         contacts=contacts,
         mix=mix,
     )
-    person = person_of(resolve_identity(identity_choice(identity)))
+    person = person_of(resolve_identity(identity_choice(identity))).drawn(seed)
     if not opened.makes_contacts:
         return Stream(curves, None)
     return Stream(curves, LivingFace(load_builtin_head(), alive, feeling, person))
@@ -476,8 +498,8 @@ def _check_level(level: SoundLevel | None) -> None:
         )
 
 
-def check_animation_settings(fps: object, strength: object) -> None:
-    """Check a frame rate and a strength against AnimationSettings; NumPy's numbers are allowed.
+def check_animation_settings(fps: object, strength: object, seed: object = 0) -> None:
+    """Check a frame rate, a strength and a seed by AnimationSettings; NumPy's numbers are allowed.
 
     Parameters
     ----------
@@ -485,14 +507,19 @@ def check_animation_settings(fps: object, strength: object) -> None:
         Frames per second.
     strength : float
         How far the mouth moves.
+    seed : int
+        Of a take.
 
     Raises
     ------
     InputError
         For a number outside its range, and for anything but a number.
     """
-    for name, value in (("fps", fps), ("strength", strength)):
-        known, number = setting_of(AnimationSettings, name), real_number(value)
+    numbers = (real_number(fps), real_number(strength), whole_number(seed))
+    for name, value, number in zip(
+        ("fps", "strength", "seed"), (fps, strength, seed), numbers, strict=True
+    ):
+        known = setting_of(AnimationSettings, name)
         if number is None or not known.holds(number):
             raise InputError.about(f"`{name}`", found=brief(value), allowed=known.allowed)
 

@@ -78,6 +78,7 @@ def animate_command(
     settings: TakeSettings = options_of_takes(),
     channel: int | None = options.Channel,
     track: int | None = options.Track,
+    listen: bool = options.Listen,
     partial: bool = options.Partial,
     phones: Path | None = known_speech_options.Phones,
     phone_set: str = known_speech_options.PhoneSet,
@@ -104,7 +105,7 @@ def animate_command(
     created if need be. The folder of an output file has to exist. A table, and folders with --jobs
     or --ray, are resumed where they were cut off: takes that are made are left.
     """
-    taken = {"channel": channel, "track": track, "partial": partial}
+    taken = {"channel": channel, "track": track, "partial": partial, "listen": listen}
     speech = speech or []
     check_pipes(speech, output, format, as_json)
     check_edits(settings)
