@@ -6,7 +6,7 @@ convex problem, so that its solution changes no faster than what it is solved fo
 is cut has the same weights. Whole mouths (visemes, vowels) share a weight of one, and where the
 motion's lips seal, the one that seals them is taken in full, or none where there is no such.
 
-Where the shapes' own mouth was measured, its gap, width and jaw become the motion's in its own size;
+Where the shapes' own mouth was measured, its gap, width and jaw become the motion's in its size;
 weights that are given then change by as little as that takes.
 """
 
