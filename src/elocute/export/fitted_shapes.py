@@ -6,6 +6,7 @@ and gaze are taken over. What none of them can show is left out, and told.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -172,11 +173,17 @@ def _shapes(
     shared: dict[str, tuple[str, ...]],
     silent: str = "",
 ) -> FittedShapes:
-    needed = {name for look in looks.values() for name in look}
-    check_shapes(head, f"profile {profile}", needed)
-    mixes = np.stack([head.expression_vector(look) for look in looks.values()])
-    basis = np.tensordot(mixes, head.expression_basis, 1).astype(np.float32)
-    return FittedShapes(tuple(looks), basis, mixes.astype(np.float32), fitted, shared, silent)
+    mixes, basis = mixed_shapes(head, f"profile {profile}", looks.values())
+    return FittedShapes(tuple(looks), basis, mixes, fitted, shared, silent)
+
+
+def mixed_shapes(
+    head: HeadModel, about: str, looks: Collection[dict[str, float]]
+) -> tuple[Float32Array, Float32Array]:
+    """(look, component) weights and (look, vertex, 3) m of looks. Raises as `check_shapes`."""
+    check_shapes(head, about, {name for look in looks for name in look})
+    mixes = np.stack([head.expression_vector(look) for look in looks]).astype(np.float32)
+    return mixes, np.tensordot(mixes, head.expression_basis, 1).astype(np.float32)
 
 
 def check_shapes(head: HeadModel, about: str, needed: set[str]) -> None:

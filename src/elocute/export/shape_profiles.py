@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
-from elocute.export.fitted_shapes import check_shapes, farthest_mm, oculus_shapes, vrm_shapes
+from elocute.export.fitted_shapes import farthest_mm, mixed_shapes, oculus_shapes, vrm_shapes
 from elocute.head.model import HeadModel
 from elocute.head.preset_shapes import OCULUS_SHAPES
 from elocute.motion.curves import ARKIT_NAMES
@@ -168,7 +167,7 @@ def _own_shapes(head: HeadModel, profile: str, visemes: bool) -> TargetShapes:
             mix[names.index(name), kept_names.index(part)] = share
     if not visemes:
         return TargetShapes(kept_names, basis[kept], mix, folded)
-    more = _viseme_basis(head)
+    more = mixed_shapes(head, "`visemes`", OCULUS_SHAPES.values())[1]
     return TargetShapes(
         kept_names + tuple(OCULUS_SHAPES),
         np.concatenate([basis[kept], more]),
@@ -184,14 +183,6 @@ def _folded(names: tuple[str, ...]) -> dict[str, dict[str, float]]:
     return {
         name: parts for name, parts in NEAREST.items() if name in names and set(parts) <= set(names)
     }
-
-
-def _viseme_basis(head: HeadModel) -> NDArray[np.float32]:
-    """(viseme, vertex, 3) m. Raises OutputError."""
-    looks = OCULUS_SHAPES.values()
-    check_shapes(head, "`visemes`", {name for look in looks for name in look})
-    weights = np.stack([head.expression_vector(look) for look in looks])
-    return np.tensordot(weights, head.expression_basis, 1).astype(np.float32)
 
 
 def _mm(length_m: float) -> float:

@@ -6,9 +6,8 @@ convex problem, so that its solution changes no faster than what it is solved fo
 is cut has the same weights. Whole mouths (visemes, vowels) share a weight of one, and where the
 motion's lips seal, the one that seals them is taken in full, or none where there is no such.
 
-Where the shapes' own mouth was measured, its lips' gap, width and jaw are to be the motion's in its
-own size, whatever each shape does on the built-in head; weights that are given then change by as
-little as that takes.
+Where the shapes' own mouth was measured, its gap, width and jaw become the motion's in its size;
+weights that are given then change by as little as that takes.
 """
 
 from __future__ import annotations
@@ -44,7 +43,6 @@ CLOSED_MM = 0.05
 """Lips that are this near touch."""
 SEALED_MM, APART_MM = 0.3, 2.0
 """Lips pressed on each other are sealed up to the one, and not at all from the other on."""
-SIDES = ("Left", "Right")
 PRESS = ("mouthPressLeft", "mouthPressRight")
 ROLLED = 0.15
 """Of `mouthClose`: from here on lips that it closes over an open jaw are sealed."""
@@ -55,11 +53,10 @@ LIKENESS = 0.2
 """What the look on the built-in head counts beside a measured mouth."""
 STIFF_M = 0.02
 """What a weight that is given costs where it changes by its freedom."""
-FREEDOM = {
-    **dict.fromkeys(("jawOpen", "mouthClose"), 1.0),
-    **{f"mouthLowerDown{side}": 0.3 for side in SIDES},
-    **{f"{name}{side}": 0.2 for name in ("mouthUpperUp", "mouthStretch") for side in SIDES},
-    "mouthPucker": 0.2,
+FREEDOM = {"jawOpen": 1.0, "mouthClose": 1.0, "mouthPucker": 0.2} | {
+    f"{name}{side}": far
+    for name, far in (("mouthLowerDown", 0.3), ("mouthUpperUp", 0.2), ("mouthStretch", 0.2))
+    for side in ("Left", "Right")
 }
 """How freely weights that are given change for a measured mouth; others stay."""
 
@@ -171,7 +168,7 @@ def fit_controls(
     low[:, sealing] = seals[:, None]
     most = np.ones(len(curves)) if len(sealing) else 1 - seals
     effects, wanted, more, rest = _on_own_mesh(own, mixes, curves, names, seals, sealing, given)
-    touching = np.exp(-((np.abs(wanted).mean(axis=1) / TOUCH_M) ** 2))
+    touching = np.exp(-((np.maximum(wanted, 0).mean(axis=1) / TOUCH_M) ** 2))
     shut = SHUT if own is None else MEASURED_SHUT
     shares = (GAP**2 + (shut**2 - GAP**2) * touching) / len(SHARES)
     plain, sides = plain + more @ more.T, sides + rest @ more.T

@@ -17,10 +17,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from elocute.array_types import Float64Array, IntArray
 
 COLUMNS, ROWS, FINE = 81, 400, 240
-CROSSED_MAX = 20_000
-"""Triangles on a line; no face has so many."""
-NEAR = 0.12
-"""How far from its neighbour a line's seam may lie above or below, of the width that moves."""
+CROSSED_MAX = 20_000  # triangles on a line; no face has so many
+NEAR = 0.12  # how far from its neighbour's a line's seam may lie, of the width that moves
 RECESS, DEEP = 0.05, 0.02
 """What is narrower and deeper than this is the inside of a mouth whose lips stand apart."""
 STEEP, ALIKE = 8.0, 0.15
@@ -29,8 +27,7 @@ TORN, CORNER = 0.3, 0.15
 """Shares of the widest opening at which there is a seam in the middle, and at its corners."""
 SHARES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 """Of the way from corner to corner, where the gap is measured."""
-CHIN_REACH = 1.3
-"""How far below the seam a chin may be, in widths of the mouth."""
+CHIN_REACH = 1.3  # how far below the seam a chin may be, in widths of the mouth
 _Place = tuple[IntArray, Float64Array]  # four vertices, and how much of each it is
 
 
