@@ -200,6 +200,7 @@ def finish_decoded(
     """
     columns = _columns(curves)
     _bite(columns, _held(teeth))
+    _press_lips(columns, seals)
     _close_lips(columns, _held(seals), jaw_left=1.0)
     _pose(columns, style)
     _lean(columns, style.asymmetry)
@@ -351,6 +352,15 @@ def _bite(curves: dict[str, FloatArray], gate: FloatArray) -> None:
     curves["mouthClose"] = (1 - gate) * curves["mouthClose"] + gate * close
 
 
+def _press_lips(curves: dict[str, FloatArray], gate: FloatArray) -> None:
+    """The lower lip leaves the teeth, and lips are pressed as in p."""
+    if "mouthLabiodental" in curves:
+        curves["mouthLabiodental"] *= 1 - gate
+    for name, weight in VISEME_SHAPES["PP"].items():
+        if name not in ("jawOpen", "mouthClose"):
+            curves[name] = np.maximum(curves.get(name, np.zeros_like(gate)), gate * weight)
+
+
 def _close_lips(
     curves: dict[str, FloatArray], gate: FloatArray, jaw_left: float = JAW_LEFT_IN_CLOSURE
 ) -> None:
@@ -358,12 +368,8 @@ def _close_lips(
     for name in PARTING:
         if name in curves:
             curves[name] *= 1 - gate
-    if "mouthLabiodental" in curves:
-        curves["mouthLabiodental"] *= 1 - gate
+    _press_lips(curves, gate)
     curves["jawOpen"] *= 1 - gate * (1 - jaw_left)
-    for name, weight in VISEME_SHAPES["PP"].items():
-        if name not in ("jawOpen", "mouthClose"):
-            curves[name] = np.maximum(curves.get(name, np.zeros_like(gate)), gate * weight)
     # ARKit's mouthClose seals the lips where it equals jawOpen.
     curves["mouthClose"] = (1 - gate) * curves["mouthClose"] + gate * curves["jawOpen"]
 
