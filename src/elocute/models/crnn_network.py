@@ -3,9 +3,10 @@
 There is one way through: a whole sound is a stream fed once, so cutting makes no difference. A
 window looks 0.25 s ahead, and a stream answers so much later.
 
-The network takes sound whose peak is one and whose mean is zero. Of a whole sound both are known.
-A live one's peak is the loudest so far, never less than LEAST_PEAK, so that silence is not made
-loud; its mean is left alone, as sound cards remove it.
+It hears mel bands, as published, or the trunk's middle layer. Mel bands are those of sound whose
+peak is one and whose mean is zero. Of a whole sound both are known. A live one's peak is the
+loudest so far, never less than LEAST_PEAK, so that silence is not made loud; its mean is left
+alone, as sound cards remove it.
 """
 
 from __future__ import annotations
@@ -33,17 +34,27 @@ from elocute.audio.mel_with_deltas import (
 from elocute.audio.resampling_stream import ResamplingStream
 from elocute.audio.sound_level import samples_level
 from elocute.audio.waveform import Waveform
+from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import ModelError
+from elocute.models.feature_extraction import HeardMiddle, PhonePosteriorStream
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
+from elocute.models.protocol import FeatureStream
 
 SHIPPED = "crnn"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "crnn.onnx"
 WINDOW_COLUMNS = 2 * (CONTEXT + MARGIN) + 1  # columns that one video frame needs
 HIDDEN = 128
-OUTPUTS_MAX = 10_000
+OUTPUTS_MAX = FEATURES_MAX = 10_000
 BLOCK = 10 * RATE  # samples in one run: memory stays bounded
+MEL = "mel-deltas"
+ENCODERS = (MEL, HeardMiddle.name)
+ROW_COLUMNS = round(RATE / HOP / FEATURE_RATE)  # for which a row of the trunk stands
 STEP_S = 60.0
-"""The network takes at most so much at a time, however much is known: 300 MB."""
+"""It hears mel bands, as published, or the trunk's middle layer. Mel bands are those of sound whose
+peak is one and whose mean is zero. Of a whole sound both are known. A live one's peak is the
+loudest so far, never less than LEAST_PEAK, so that silence is not made loud; its mean is left
+alone, as sound cards remove it.
+"""
 LEAST_PEAK = 0.1
 TINY = 1e-30  # mel power, before the peak is known that FLOOR is relative to
 PIECE = 15  # frames (in the wild 2019, section 6.4)
@@ -53,8 +64,11 @@ SMOOTHING = (0.25, 0.5, 0.25)  # of the frames on both sides of a join
 
 @dataclass(frozen=True)
 class CrnnRecord:
-    """What training wrote into the file; topology names the head whose mesh it moves."""
+    """What training wrote into the file; topology names the head whose mesh it moves, features are
+    the values in a column of what the encoder gives."""
 
+    encoder: str
+    features: int
     fps: float
     outputs: int
     topology: str
@@ -95,12 +109,16 @@ class CrnnNetwork:
             if stored["kind"] != "crnn":
                 raise ValueError(stored["kind"])
             record = CrnnRecord(
+                encoder=str(stored.get("encoder", MEL)),  # files of before have mel bands
+                features=int(stored.get("features", BANDS)),
                 fps=float(stored["fps"]),
                 outputs=int(stored["outputs"]),
                 topology=str(stored["topology"]),
                 vertices=int(stored["vertices"]),
                 note=str(stored["note"]),
             )
+            if record.encoder not in ENCODERS or not 1 <= record.features <= FEATURES_MAX:
+                raise ValueError(f"{record.features} features of {record.encoder[:80]}")
             if not 1 <= record.fps <= RATE / HOP or record.vertices < 1:
                 raise ValueError(f"fps {record.fps}")
             if not 1 <= record.outputs <= OUTPUTS_MAX:
@@ -116,7 +134,7 @@ class CrnnNetwork:
     @cached_property
     def basis(self) -> Float32Array:
         """(component, vertex, 3) m of its weights. Raises ModelError."""
-        silence = np.zeros((WINDOW_COLUMNS, BANDS), np.float32)
+        silence = np.zeros((WINDOW_COLUMNS, self.record.features), np.float32)
         basis = self._run(["basis"], silence, np.zeros(1, np.int64), self.rest)[0]
         if basis.shape != (self.record.outputs, self.record.vertices, 3):
             raise ModelError.about(
@@ -137,7 +155,7 @@ class CrnnNetwork:
         starts: NDArray[np.int64],
         state: tuple[Float32Array, Float32Array],
     ) -> tuple[Float32Array, tuple[Float32Array, Float32Array]]:
-        """(column, 128) and (frame,) first columns of windows to (frame, component) and state."""
+        """(column, feature) and (frame,) first columns of windows to weights and state."""
         names = ["weights", "hidden_after", "cell_after"]
         weights, hidden, cell = self._run(names, columns, starts, state)
         if weights.shape != (len(starts), self.record.outputs):
@@ -186,8 +204,10 @@ def stream_weights(model: CrnnNetwork, sound: Waveform, joins: str = "state") ->
     ----------
     Tzirakis et al. 2019, section 6.4.
     """
-    samples = sound.resample(RATE).samples
-    stream = CrnnStream(model, RATE, joins, samples_level(samples))
+    if model.record.encoder == MEL:
+        sound = sound.resample(RATE)
+    samples = sound.samples
+    stream = CrnnStream(model, sound.sample_rate, joins, samples_level(samples))
     parts = [stream.push(samples[at : at + BLOCK]) for at in range(0, len(samples), BLOCK)]
     return np.concatenate([*parts, stream.flush(sound.duration_s)])
 
@@ -205,7 +225,9 @@ class CrnnStream:
         "state" carries the LSTM's state on; "pieces" restarts it every 15 frames and smooths the
         joins.
     level : (float, float), optional
-        Mean and peak of the whole sound, where known.
+        Mean and peak of the whole sound, where known: mel bands are relative to it.
+    phones : bool
+        Whether phones are wanted too, as `FeatureStreams` has them.
 
     Raises
     ------
@@ -219,13 +241,21 @@ class CrnnStream:
         sample_rate: int,
         joins: str = "state",
         level: tuple[float, float] | None = None,
+        *,
+        phones: bool = False,
     ) -> None:
         if joins not in JOINS:
             raise ModelError.about(f"joins {joins!r}", found="unknown", allowed=", ".join(JOINS))
         self._model, self._rate, self._joins = model, sample_rate, joins
         self._fps = model.record.fps
-        self._columns = _Columns(level)
-        self._resampled = ResamplingStream(sample_rate, RATE)
+        self.phones: FeatureStream | None = None
+        """Asked after this one."""
+        if model.record.encoder == MEL:
+            self._columns: _Columns = _MelColumns(sample_rate, level)
+            self.phones = PhonePosteriorStream(sample_rate) if phones else None
+        else:
+            heard = HeardMiddle(sample_rate, phones=phones)
+            self._columns, self.phones = HeardColumns(model.record.features, heard), heard.phones
         self._samples_in = 0  # samples that came in, at their own rate
         self._frame = 0
         self._state = model.rest
@@ -242,14 +272,13 @@ class CrnnStream:
     def push(self, samples: Float32Array) -> Float32Array:
         """(frame, component) that are ready now, perhaps none."""
         self._samples_in += len(samples)
-        self._columns.push(self._resampled.push(samples))
+        self._columns.push(samples)
         ready = self._ready()
         return self._joined(self._answer(ready), last=False)
 
     def flush(self, duration_s: float | None = None) -> Float32Array:
         """The frames that were waiting for sound that did not come: silence stands for it."""
         duration_s = self._samples_in / self._rate if duration_s is None else duration_s
-        self._columns.push(self._resampled.push(np.zeros(0, np.float32), last=True))
         total = max(1, round(duration_s * self._fps))
         self._columns.finish(int(column_starts(1, self._fps, total - 1)[0]) + WINDOW_COLUMNS)
         return self._joined(self._answer(total), last=True)
@@ -297,30 +326,22 @@ class CrnnStream:
 
 
 class _Columns:
-    """Log-mel columns of what has come in, those that are still needed."""
+    """Columns of what has come in, those that are still needed."""
 
-    def __init__(self, level: tuple[float, float] | None) -> None:
-        self._level = level
-        self._peak = LEAST_PEAK
-        self._samples = np.zeros(0, np.float32)
-        self._offset = 0  # of the first sample kept
-        self._values = np.zeros((0, BANDS), np.float32)
+    def __init__(self, features: int) -> None:
+        self._values = np.zeros((0, features), np.float32)
         self._first = 0  # of the first column kept
-        self._total = 0
 
     @property
     def end(self) -> int:
         return self._first + len(self._values)
 
     def push(self, samples: Float32Array) -> None:
-        mean = 0.0 if self._level is None else self._level[0]
-        self._samples = np.concatenate([self._samples, samples - np.float32(mean)])
-        self._total += len(samples)
-        self._compute((self._total - WINDOW // 2) // HOP + CONTEXT + MARGIN + 1)
+        raise NotImplementedError
 
     def finish(self, end: int) -> None:
         """All columns up to `end`, silence after the sound."""
-        self._compute(end)
+        raise NotImplementedError
 
     def of(self, start: int, end: int) -> Float32Array:
         return self._values[start - self._first : end - self._first]
@@ -330,6 +351,52 @@ class _Columns:
         drop = max(0, min(start, self.end) - self._first)
         self._values, self._first = self._values[drop:], self._first + drop
 
+    def _add(self, values: Float32Array) -> None:
+        self._values = np.concatenate([self._values, values])
+
+
+class HeardColumns(_Columns):
+    """Rows of the trunk, each for two columns, zeros around the sound."""
+
+    def __init__(self, features: int, heard: HeardMiddle) -> None:
+        super().__init__(features)
+        self._heard = heard
+        self._add(np.zeros((CONTEXT + MARGIN, features), np.float32))
+
+    def push(self, samples: Float32Array) -> None:
+        self._add(np.repeat(self._heard.push(samples), ROW_COLUMNS, axis=0))
+
+    def finish(self, end: int) -> None:
+        rest = np.repeat(self._heard.flush(), ROW_COLUMNS, axis=0)
+        missing = max(0, end - self.end - len(rest))
+        self._add(np.pad(rest, ((0, missing), (0, 0))))
+
+
+class _MelColumns(_Columns):
+    """Log-mel bands."""
+
+    def __init__(self, sample_rate: int, level: tuple[float, float] | None) -> None:
+        super().__init__(BANDS)
+        self._resampled = ResamplingStream(sample_rate, RATE)
+        self._level = level
+        self._peak = LEAST_PEAK
+        self._samples = np.zeros(0, np.float32)
+        self._offset = 0  # of the first sample kept
+        self._total = 0
+
+    def push(self, samples: Float32Array) -> None:
+        self._take(self._resampled.push(samples))
+
+    def finish(self, end: int) -> None:
+        self._take(self._resampled.push(np.zeros(0, np.float32), last=True))
+        self._compute(end)
+
+    def _take(self, samples: Float32Array) -> None:
+        mean = 0.0 if self._level is None else self._level[0]
+        self._samples = np.concatenate([self._samples, samples - np.float32(mean)])
+        self._total += len(samples)
+        self._compute((self._total - WINDOW // 2) // HOP + CONTEXT + MARGIN + 1)
+
     def _compute(self, end: int) -> None:
         """Column c is centred on sample (c - 24) · HOP."""
         if end <= self.end:
@@ -338,9 +405,7 @@ class _Columns:
         peaks = self._peaks(middles)
         values = log_mel_at(self._samples, middles - self._offset, floor=TINY)
         levelled = values - 2 * np.log(peaks)[:, None]
-        self._values = np.concatenate(
-            [self._values, np.maximum(levelled, np.log(FLOOR)).astype(np.float32)]
-        )
+        self._add(np.maximum(levelled, np.log(FLOOR)).astype(np.float32))
         drop = max(0, HOP * (end - CONTEXT - MARGIN) - WINDOW // 2 - self._offset)
         self._samples, self._offset = (
             self._samples[drop:],

@@ -42,19 +42,18 @@ class Hearing:
         self._trunk = TrunkStream(network)
         self.phones = HeardPhones()
 
-    def push(self, samples: Float32Array) -> Float32Array:
-        """Take a block of sound; the (row, 8) of `HeardMouth` that are certain now."""
+    def push(self, samples: Float32Array) -> TrunkRows:
+        """Take a block of sound; the rows that are certain now."""
         return self._answered(self._trunk.push(self._resampled.push(samples)))
 
-    def flush(self) -> Float32Array:
+    def flush(self) -> TrunkRows:
         """End the sound: the rows that were waiting for more of it."""
-        rest = self._resampled.push(np.zeros(0, np.float32), last=True)
-        before = self._answered(self._trunk.push(rest))
-        return np.concatenate([before, self._answered(self._trunk.flush())])
+        rest = self._trunk.push(self._resampled.push(np.zeros(0, np.float32), last=True))
+        return self._answered(TrunkRows.joined([rest, self._trunk.flush()]))
 
-    def _answered(self, rows: TrunkRows) -> Float32Array:
+    def _answered(self, rows: TrunkRows) -> TrunkRows:
         self.phones.take(rows.phones)
-        return np.concatenate([rows.mouth, np.exp(rows.phones[:, SILENCE, None])], axis=1)
+        return rows
 
 
 class HeardPhones:
@@ -88,10 +87,43 @@ class HeardMouth:
         self._hearing = hearing
 
     def push(self, samples: Float32Array) -> Float32Array:
-        return self._hearing.push(samples)
+        return self._told(self._hearing.push(samples))
 
     def flush(self) -> Float32Array:
-        return self._hearing.flush()
+        return self._told(self._hearing.flush())
+
+    @staticmethod
+    def _told(rows: TrunkRows) -> Float32Array:
+        return np.concatenate([rows.mouth, np.exp(rows.phones[:, SILENCE, None])], axis=1)
+
+
+class HeardMiddle:
+    """(row, 512) of the trunk's middle layer, at 50 Hz.
+
+    Parameters
+    ----------
+    sample_rate : int
+        Of the sound, Hz.
+    phones : bool
+        Whether phones are wanted too, as a stream that is asked after this one.
+    """
+
+    name, rate = "trunk", FEATURE_RATE
+
+    def __init__(self, sample_rate: int, *, phones: bool) -> None:
+        self._hearing = Hearing(builtin_trunk(), sample_rate)
+        self.phones = self._hearing.phones if phones else None
+
+    def push(self, samples: Float32Array) -> Float32Array:
+        return self._alone(self._hearing.push(samples))
+
+    def flush(self) -> Float32Array:
+        return self._alone(self._hearing.flush())
+
+    def _alone(self, rows: TrunkRows) -> Float32Array:
+        if self.phones is None:
+            self._hearing.phones.flush()  # nobody asks for them
+        return rows.hidden
 
 
 class PhonePosteriorStream:
