@@ -44,6 +44,7 @@ def main() -> None:
     parser.add_argument("--learning-rate", type=float, default=1e-3)
     parser.add_argument("--augment", type=float, default=0.9)
     parser.add_argument("--weight-power", type=float, default=0.25)
+    parser.add_argument("--encoder", default="trunk", help="or mel-deltas, as published")
     parser.add_argument("--no-asset", action="store_true", help="leave the package alone")
     choice = parser.parse_args()
     choice.folder.mkdir(parents=True, exist_ok=True)
@@ -72,6 +73,7 @@ def main() -> None:
         augment=choice.augment,
         highest_hz=8000.0,
         weight_power=choice.weight_power,
+        encoder=choice.encoder,
     )
     training = choice.folder / "training"
     training.mkdir(exist_ok=True)

@@ -31,11 +31,18 @@ def main() -> None:
     parser.add_argument("corpus", type=Path)
     parser.add_argument("folder", type=Path, help="for checkpoint and log; resumes from there")
     parser.add_argument("--epochs", type=int, default=10)
-    parser.add_argument("--learning-rate", type=float, default=3e-4)
+    parser.add_argument("--learning-rate", type=float, default=1e-3)
+    parser.add_argument("--batch", type=int, default=256, help="pairs of frames")
+    parser.add_argument("--encoder", default="trunk")
     choice = parser.parse_args()
     choice.folder.mkdir(parents=True, exist_ok=True)
     corpus = open_corpus(choice.corpus)
-    config = VocaTrainConfig(epochs=choice.epochs, learning_rate=choice.learning_rate)
+    config = VocaTrainConfig(
+        epochs=choice.epochs,
+        learning_rate=choice.learning_rate,
+        batch_pairs=choice.batch,
+        encoder=choice.encoder,
+    )
 
     def report(_share: float, line: str) -> None:
         print(line, flush=True)

@@ -16,7 +16,7 @@ import numpy as np
 from elocute.array_types import Float32Array
 from elocute.articulation.driver import LOOKAHEAD_S
 from elocute.articulation.style import Style
-from elocute.audio.mel_with_deltas import CONTEXT, HOP, MARGIN, RATE
+from elocute.audio.mel_with_deltas import HOP, RATE
 from elocute.audio.resampling_stream import RESAMPLING_S
 from elocute.audio.sound_level import sound_level
 from elocute.audio.waveform import Waveform
@@ -26,6 +26,7 @@ from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.models.crnn_network import (
     MEL,
+    OWN_COLUMN,
     SHIPPED,
     WINDOW_COLUMNS,
     CrnnNetwork,
@@ -105,7 +106,8 @@ class CrnnModel:
     def lookahead_s(self) -> float:
         features_s = WINDOW_COLUMNS * COLUMN_S
         if self.encoder != MEL:
-            features_s = (CONTEXT + MARGIN + 1) * COLUMN_S + trunk_lookahead_s()
+            later = WINDOW_COLUMNS - OWN_COLUMN[self.encoder]
+            features_s = later * COLUMN_S + trunk_lookahead_s()
         elif self.makes_contacts:
             features_s = max(features_s, trunk_lookahead_s())
         return RESAMPLING_S + features_s + self.decoder_lookahead_s

@@ -48,6 +48,8 @@ OUTPUTS_MAX = FEATURES_MAX = 10_000
 BLOCK = 10 * RATE  # samples in one run: memory stays bounded
 MEL = "mel-deltas"
 ENCODERS = (MEL, HeardMiddle.name)
+OWN_COLUMN = {MEL: CONTEXT + MARGIN, HeardMiddle.name: WINDOW_COLUMNS - 7}
+"""Where in its window a frame's own time is: rows of the trunk have heard what comes after them."""
 ROW_COLUMNS = round(RATE / HOP / FEATURE_RATE)  # for which a row of the trunk stands
 STEP_S = 60.0
 """It hears mel bands, as published, or the trunk's middle layer. Mel bands are those of sound whose
@@ -361,7 +363,7 @@ class HeardColumns(_Columns):
     def __init__(self, features: int, heard: HeardMiddle) -> None:
         super().__init__(features)
         self._heard = heard
-        self._add(np.zeros((CONTEXT + MARGIN, features), np.float32))
+        self._add(np.zeros((OWN_COLUMN[heard.name], features), np.float32))
 
     def push(self, samples: Float32Array) -> None:
         self._add(np.repeat(self._heard.push(samples), ROW_COLUMNS, axis=0))

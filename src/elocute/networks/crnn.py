@@ -97,9 +97,9 @@ class Crnn(nn.Module):
         return x.squeeze(3).transpose(1, 2)
 
     def seen(self, static: Tensor) -> Tensor:
-        """(batch, column + 8, 128) to (batch, column, 128, 3), or features without the margins."""
+        """(batch, column + 8, 128) to (batch, column, 128, 3), or the later features."""
         if self.config.features:
-            return static[:, MARGIN : static.shape[1] - MARGIN]
+            return static[:, 2 * MARGIN :]
         return with_slopes(static)
 
     def columns_in_blocks(self, values: Tensor) -> Tensor:

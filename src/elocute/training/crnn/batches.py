@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from elocute.audio.mel_with_deltas import CONTEXT, HOP, MARGIN, RATE
-from elocute.models.crnn_network import MEL
+from elocute.models.crnn_network import MEL, OWN_COLUMN
 from elocute.networks.crnn import SharedCrnn
 from elocute.training.crnn.augment import degrade, interpolate_rows, random_tempo
 from elocute.training.crnn.feature_cache import CachedClip, FeatureCache
@@ -105,12 +105,12 @@ def _degraded(
     rate = random_tempo(rng)
     count = max(1, int(frames / rate))
     columns = cache.columns(clip).astype(np.float32)
-    # Window k begins at k · 100 / fps; its middle is what is played faster.
-    half = CONTEXT + MARGIN
-    middle = (clip.first + first) * (RATE / HOP) / cache.fps + half
+    # Window k begins at k · 100 / fps; its frame's own time is what is played faster.
+    own = OWN_COLUMN[cache.encoder]
+    middle = (clip.first + first) * (RATE / HOP) / cache.fps + own
     step = RATE / HOP / cache.fps
     starts = np.floor(np.arange(count) * step + 0.5).astype(np.int64)
-    places = middle + (np.arange(starts[-1] + SPAN) - half) * rate
+    places = middle + (np.arange(starts[-1] + SPAN) - own) * rate
     static = interpolate_rows(columns, places)
     if cache.encoder == MEL:  # others learned to hear through rooms and noise themselves
         static = degrade(static, other, rng)
