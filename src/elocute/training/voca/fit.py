@@ -33,7 +33,6 @@ LOG_FIELDS: tuple[str, ...] = (
 )
 VALIDATION_BATCH = 4096
 PROJECTION_ROWS = 50_000  # of which principal components are found
-WHITE = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +148,8 @@ def _fabric(device: str) -> Any:
 def new_network(data: VocaTrainingData, config: VocaTrainConfig) -> Voca:
     """A network whose decoder starts from the principal components of the training motion.
 
-    Features of which there are more than `projected` are projected onto theirs.
+    Features of which there are more than `projected` are projected onto theirs, each with a
+    deviation of one.
     """
     targets, heard = data.train.targets, data.train.features
     count, features = min(config.components, targets.shape[1]), heard.shape[1]
@@ -165,8 +165,7 @@ def new_network(data: VocaTrainingData, config: VocaTrainConfig) -> Voca:
     if shape.heard:
         some = heard[:: max(1, len(heard) // PROJECTION_ROWS)]
         components = principal_components(some, most).T
-        length = components.norm(dim=0)
-        network.projection.copy_(components / (length**2 if WHITE else length))
+        network.projection.copy_(components / components.norm(dim=0) ** 2)
     if config.initialisers == "released":
         network.start_as_released()
     network.start_decoder(principal_components(targets, count))
