@@ -34,7 +34,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="for shards, checkpoint, log; resumes from there")
     parser.add_argument("--shards", type=Path, help="shards that exist (elocute propagate)")
     parser.add_argument("--sounds", type=Path, help="the folder of their sounds")
-    parser.add_argument("--speakers", type=int, default=240)
+    parser.add_argument("--speakers", type=int, default=240, help="0: natural speech alone")
     parser.add_argument("--words", type=int, default=10, help="said by each speaker")
     parser.add_argument("--sentences", type=int, default=2, help="said by each speaker")
     parser.add_argument(
