@@ -1,12 +1,17 @@
 """Train the recurrent model that ships, `crnn`, and put it into the package.
 
-    python -m recipes.train_crnn build/crnn --natural build/encoder      builds shards first
+    python -m recipes.train_crnn build/crnn --natural build/trunk        builds shards first
     python -m recipes.train_crnn build/crnn --shards SHARDS --sounds FOLDER
 
 It resumes from the folder. On two cores: 30 to 40 minutes. Whatever voices the shards hold, the
 sound is made worse in training (noise, loudness, equalisation, band limits, other vocal tracts and
 tempos), which is what carries over to natural voices; bands above 8 kHz are not heard, as most
 of the sound has none. The figures for docs/cards/crnn.md are printed at the end.
+
+    python -m recipes.train_crnn build/crnn --natural build/trunk --encoder trunk --speakers 0
+            --epochs 10 --batch 20 --no-asset
+
+is what was tried through the trunk (docs/measurements/recurrent-model.md): ten minutes of a core.
 """
 
 from __future__ import annotations
@@ -41,10 +46,11 @@ def main() -> None:
         "--natural", type=Path, help="work folder of train_trunk.py: adds natural speech"
     )
     parser.add_argument("--epochs", type=int, default=18)
+    parser.add_argument("--batch", type=int, default=50, help="clips")
     parser.add_argument("--learning-rate", type=float, default=1e-3)
     parser.add_argument("--augment", type=float, default=0.9)
     parser.add_argument("--weight-power", type=float, default=0.25)
-    parser.add_argument("--encoder", default="trunk", help="or mel-deltas, as published")
+    parser.add_argument("--encoder", default="mel-deltas", help="or trunk")
     parser.add_argument("--no-asset", action="store_true", help="leave the package alone")
     choice = parser.parse_args()
     choice.folder.mkdir(parents=True, exist_ok=True)
@@ -68,6 +74,7 @@ def main() -> None:
         sys.exit("--shards needs --sounds")
     config = CrnnTrainConfig(
         epochs=choice.epochs,
+        batch_clips=choice.batch,
         learning_rate=choice.learning_rate,
         last_rate=0.05,
         augment=choice.augment,

@@ -35,6 +35,7 @@ from elocute.audio.resampling_stream import ResamplingStream
 from elocute.audio.sound_level import samples_level
 from elocute.audio.waveform import Waveform
 from elocute.encoders.protocol import FEATURE_RATE
+from elocute.encoders.trunk import builtin_trunk
 from elocute.errors import ModelError
 from elocute.models.feature_extraction import HeardMiddle, PhonePosteriorStream
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
@@ -44,7 +45,7 @@ SHIPPED = "crnn"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "crnn.onnx"
 WINDOW_COLUMNS = 2 * (CONTEXT + MARGIN) + 1  # columns that one video frame needs
 HIDDEN = 128
-OUTPUTS_MAX = FEATURES_MAX = 10_000
+OUTPUTS_MAX = 10_000
 BLOCK = 10 * RATE  # samples in one run: memory stays bounded
 MEL = "mel-deltas"
 ENCODERS = (MEL, HeardMiddle.name)
@@ -66,16 +67,21 @@ SMOOTHING = (0.25, 0.5, 0.25)  # of the frames on both sides of a join
 
 @dataclass(frozen=True)
 class CrnnRecord:
-    """What training wrote into the file; topology names the head whose mesh it moves, features are
-    the values in a column of what the encoder gives."""
+    """What training wrote into the file; topology names the head whose mesh it moves."""
 
     encoder: str
-    features: int
     fps: float
     outputs: int
     topology: str
     vertices: int
     note: str
+
+
+def column_features(encoder: str) -> int:
+    """Values in a column. Raises ValueError for no encoder of the recurrent model."""
+    if encoder not in ENCODERS:
+        raise ValueError(f"encoder {encoder[:80]}")
+    return BANDS if encoder == MEL else builtin_trunk().answers["hidden"]
 
 
 class CrnnNetwork:
@@ -112,15 +118,13 @@ class CrnnNetwork:
                 raise ValueError(stored["kind"])
             record = CrnnRecord(
                 encoder=str(stored.get("encoder", MEL)),  # files of before have mel bands
-                features=int(stored.get("features", BANDS)),
                 fps=float(stored["fps"]),
                 outputs=int(stored["outputs"]),
                 topology=str(stored["topology"]),
                 vertices=int(stored["vertices"]),
                 note=str(stored["note"]),
             )
-            if record.encoder not in ENCODERS or not 1 <= record.features <= FEATURES_MAX:
-                raise ValueError(f"{record.features} features of {record.encoder[:80]}")
+            column_features(record.encoder)
             if not 1 <= record.fps <= RATE / HOP or record.vertices < 1:
                 raise ValueError(f"fps {record.fps}")
             if not 1 <= record.outputs <= OUTPUTS_MAX:
@@ -136,7 +140,7 @@ class CrnnNetwork:
     @cached_property
     def basis(self) -> Float32Array:
         """(component, vertex, 3) m of its weights. Raises ModelError."""
-        silence = np.zeros((WINDOW_COLUMNS, self.record.features), np.float32)
+        silence = np.zeros((WINDOW_COLUMNS, column_features(self.record.encoder)), np.float32)
         basis = self._run(["basis"], silence, np.zeros(1, np.int64), self.rest)[0]
         if basis.shape != (self.record.outputs, self.record.vertices, 3):
             raise ModelError.about(
@@ -257,7 +261,7 @@ class CrnnStream:
             self.phones = PhonePosteriorStream(sample_rate) if phones else None
         else:
             heard = HeardMiddle(sample_rate, phones=phones)
-            self._columns, self.phones = HeardColumns(model.record.features, heard), heard.phones
+            self._columns, self.phones = HeardColumns(heard), heard.phones
         self._samples_in = 0  # samples that came in, at their own rate
         self._frame = 0
         self._state = model.rest
@@ -360,10 +364,10 @@ class _Columns:
 class HeardColumns(_Columns):
     """Rows of the trunk, each for two columns, zeros around the sound."""
 
-    def __init__(self, features: int, heard: HeardMiddle) -> None:
-        super().__init__(features)
+    def __init__(self, heard: HeardMiddle) -> None:
+        super().__init__(column_features(heard.name))
         self._heard = heard
-        self._add(np.zeros((OWN_COLUMN[heard.name], features), np.float32))
+        self._add(np.zeros((OWN_COLUMN[heard.name], self._values.shape[1]), np.float32))
 
     def push(self, samples: Float32Array) -> None:
         self._add(np.repeat(self._heard.push(samples), ROW_COLUMNS, axis=0))

@@ -72,7 +72,6 @@ def _record(trained: TrainedCrnn, basis: Motion, note: str) -> dict[str, Any]:
         "kind": "crnn",
         "version": 1,
         "encoder": trained.config.encoder,
-        "features": trained.network.config.features or BANDS,
         "fps": trained.config.fps,
         "outputs": len(basis.names),
         "topology": basis.head.name,

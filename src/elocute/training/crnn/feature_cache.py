@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
 from elocute.audio.mel_with_deltas import (
-    BANDS,
     CONTEXT,
     HOP,
     MARGIN,
@@ -29,13 +28,12 @@ from elocute.audio.mel_with_deltas import (
 from elocute.audio.waveform import Waveform
 from elocute.corpus.shards import Shards, WordClip
 from elocute.corpus.word_clip import COMPONENTS_MAX
-from elocute.encoders.registry import resolve_encoder
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_file import ArrayFile
 from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import write_folder_atomically
 from elocute.files.json_records import finite_number, read_record
-from elocute.models.crnn_network import ENCODERS, MEL, WINDOW_COLUMNS, HeardColumns
+from elocute.models.crnn_network import MEL, WINDOW_COLUMNS, HeardColumns, column_features
 from elocute.models.feature_extraction import HeardMiddle
 from elocute.numerics.resampling import frame_places, read_rows
 from elocute.one_line_repr import one_line
@@ -298,13 +296,6 @@ def clip_features(
     return static[begin:end], first - lead, targets[:frames]
 
 
-def column_features(encoder: str) -> int:
-    """Values in a column. Raises ValueError for no encoder of the recurrent model."""
-    if encoder not in ENCODERS:
-        raise ValueError(f"encoder {encoder[:80]}")
-    return BANDS if encoder == MEL else resolve_encoder(encoder).feature_count
-
-
 def columns_of(sound: Waveform, fps: float, encoder: str) -> tuple[Float32Array, NDArray[np.int64]]:
     """(column, feature) of a sound, and (frame,) where the windows of frames begin in them."""
     if encoder == MEL:
@@ -312,7 +303,7 @@ def columns_of(sound: Waveform, fps: float, encoder: str) -> tuple[Float32Array,
         return mel.static, mel.starts
     starts = column_starts(max(1, round(sound.duration_s * fps)), fps)
     end = int(starts[-1]) + WINDOW_COLUMNS
-    heard = HeardColumns(column_features(encoder), HeardMiddle(sound.sample_rate, phones=False))
+    heard = HeardColumns(HeardMiddle(sound.sample_rate, phones=False))
     heard.push(sound.samples)
     heard.finish(end)
     return heard.of(0, end), starts
