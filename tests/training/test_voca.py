@@ -169,15 +169,15 @@ def test_a_learned_model_animates_and_closes_lips(
 def test_the_middle_of_the_trunk_is_projected_and_streams(
     corpus: Corpus, tmp_path: Path, speech_wav: Path
 ) -> None:
-    config = dataclasses.replace(CONFIG, encoder="trunk", projected=16, epochs=1)
+    config = dataclasses.replace(CONFIG, encoder="trunk", epochs=1)
     data = prepare(corpus, config, resolve_encoder("trunk"))
     trained = fit(data, config)
     shape = trained.network.config
-    assert (shape.heard, shape.features) == (512, 16)
+    assert (shape.heard, shape.features) == (512, 64)
     # Onto the directions in which the rows differ most, each with the same deviation.
     seen = trained.network.projected(data.train.features)
-    assert torch.allclose(seen.std(dim=0), torch.ones(16), atol=0.1)
-    assert torch.allclose(torch.cov(seen.T), torch.eye(16), atol=0.1)
+    assert torch.allclose(seen.std(dim=0), torch.ones(64), atol=0.1)
+    assert torch.allclose(torch.cov(seen.T), torch.eye(64), atol=0.1)
     export_voca(trained, corpus, tmp_path / "model.onnx")
     model, sound = VocaModel(tmp_path / "model.onnx"), elocute.read_audio(speech_wav)
     assert (model.encoder, model.record.features) == ("trunk", 512)

@@ -13,7 +13,7 @@ DEFAULT_ENCODER = "phones"
 # kind: (module beside this one, class, what must follow a colon), imported when first needed.
 ENCODERS: dict[str, tuple[str, str, str]] = {
     "phones": ("phone_encoder", "PhonePosteriors", ""),
-    "trunk": ("trunk_encoder", "TrunkMiddle", ""),
+    "trunk": ("phone_encoder", "TrunkMiddle", ""),
     "fbank": ("filterbank_encoder", "FilterbankEnergies", ""),
     "deepspeech": ("deepspeech", "DeepSpeech", "PATH.pb"),
     "wav2vec2": ("speech_transformer", "Wav2Vec2", "FOLDER"),

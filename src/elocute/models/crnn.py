@@ -20,7 +20,7 @@ from elocute.audio.mel_with_deltas import HOP, RATE
 from elocute.audio.resampling_stream import RESAMPLING_S
 from elocute.audio.sound_level import sound_level
 from elocute.audio.waveform import Waveform
-from elocute.encoders.trunk import trunk_lookahead_s
+from elocute.encoders.trunk import builtin_trunk, trunk_lookahead_s
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
@@ -32,6 +32,7 @@ from elocute.models.crnn_network import (
     CrnnNetwork,
     CrnnStream,
 )
+from elocute.models.feature_extraction import Hearing, PhonePosteriorStream
 from elocute.models.finishing import finished_curves
 from elocute.models.model_shapes import as_builtin, speech_names, with_own_shapes
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
@@ -131,9 +132,13 @@ class CrnnModel:
     def feature_streams(
         self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
     ) -> FeatureStreams:
-        phones = contacts and self.makes_contacts
-        own = CrnnStream(self.network, sample_rate, level=level, phones=phones)
-        return FeatureStreams(own, own.phones)
+        contacts = contacts and self.makes_contacts
+        if self.encoder == MEL:
+            own = CrnnStream(self.network, sample_rate, level=level)
+            return FeatureStreams(own, PhonePosteriorStream(sample_rate) if contacts else None)
+        hearing = Hearing(builtin_trunk(), sample_rate, phones=contacts)
+        own = CrnnStream(self.network, sample_rate, hearing=hearing)
+        return FeatureStreams(own, hearing.phones if contacts else None)
 
     def sound_level(self, sound: Waveform) -> SoundLevel | None:
         """Mean and peak of the sound at the network's own rate."""

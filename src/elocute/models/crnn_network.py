@@ -37,9 +37,8 @@ from elocute.audio.waveform import Waveform
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.encoders.trunk import builtin_trunk
 from elocute.errors import ModelError
-from elocute.models.feature_extraction import HeardMiddle, PhonePosteriorStream
+from elocute.models.feature_extraction import HeardMiddle, Hearing
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
-from elocute.models.protocol import FeatureStream
 
 SHIPPED = "crnn"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "crnn.onnx"
@@ -53,11 +52,7 @@ OWN_COLUMN = {MEL: CONTEXT + MARGIN, HeardMiddle.name: WINDOW_COLUMNS - 7}
 """Where in its window a frame's own time is: rows of the trunk have heard what comes after them."""
 ROW_COLUMNS = round(RATE / HOP / FEATURE_RATE)  # for which a row of the trunk stands
 STEP_S = 60.0
-"""It hears mel bands, as published, or the trunk's middle layer. Mel bands are those of sound whose
-peak is one and whose mean is zero. Of a whole sound both are known. A live one's peak is the
-loudest so far, never less than LEAST_PEAK, so that silence is not made loud; its mean is left
-alone, as sound cards remove it.
-"""
+"""The network takes at most so much at a time, however much is known: 300 MB."""
 LEAST_PEAK = 0.1
 TINY = 1e-30  # mel power, before the peak is known that FLOOR is relative to
 PIECE = 15  # frames (in the wild 2019, section 6.4)
@@ -232,8 +227,8 @@ class CrnnStream:
         joins.
     level : (float, float), optional
         Mean and peak of the whole sound, where known: mel bands are relative to it.
-    phones : bool
-        Whether phones are wanted too, as `FeatureStreams` has them.
+    hearing : Hearing, optional
+        Of the trunk, where its phones are wanted too.
 
     Raises
     ------
@@ -247,21 +242,17 @@ class CrnnStream:
         sample_rate: int,
         joins: str = "state",
         level: tuple[float, float] | None = None,
-        *,
-        phones: bool = False,
+        hearing: Hearing | None = None,
     ) -> None:
         if joins not in JOINS:
             raise ModelError.about(f"joins {joins!r}", found="unknown", allowed=", ".join(JOINS))
         self._model, self._rate, self._joins = model, sample_rate, joins
         self._fps = model.record.fps
-        self.phones: FeatureStream | None = None
-        """Asked after this one."""
-        if model.record.encoder == MEL:
-            self._columns: _Columns = _MelColumns(sample_rate, level)
-            self.phones = PhonePosteriorStream(sample_rate) if phones else None
-        else:
-            heard = HeardMiddle(sample_rate, phones=phones)
-            self._columns, self.phones = HeardColumns(heard), heard.phones
+        self._columns, self._middle = _Columns(level), None
+        if model.record.encoder != MEL:
+            hearing = hearing or Hearing(builtin_trunk(), sample_rate, phones=False)
+            self._columns, self._middle = HeardColumns(), HeardMiddle(hearing)
+        self._resampled = ResamplingStream(sample_rate, RATE)
         self._samples_in = 0  # samples that came in, at their own rate
         self._frame = 0
         self._state = model.rest
@@ -278,13 +269,18 @@ class CrnnStream:
     def push(self, samples: Float32Array) -> Float32Array:
         """(frame, component) that are ready now, perhaps none."""
         self._samples_in += len(samples)
-        self._columns.push(samples)
+        heard = self._middle or self._resampled
+        self._columns.push(heard.push(samples))
         ready = self._ready()
         return self._joined(self._answer(ready), last=False)
 
     def flush(self, duration_s: float | None = None) -> Float32Array:
         """The frames that were waiting for sound that did not come: silence stands for it."""
         duration_s = self._samples_in / self._rate if duration_s is None else duration_s
+        if self._middle:
+            self._columns.push(self._middle.flush())
+        else:
+            self._columns.push(self._resampled.push(np.zeros(0, np.float32), last=True))
         total = max(1, round(duration_s * self._fps))
         self._columns.finish(int(column_starts(1, self._fps, total - 1)[0]) + WINDOW_COLUMNS)
         return self._joined(self._answer(total), last=True)
@@ -332,22 +328,30 @@ class CrnnStream:
 
 
 class _Columns:
-    """Columns of what has come in, those that are still needed."""
+    """Log-mel columns of what has come in, those that are still needed."""
 
-    def __init__(self, features: int) -> None:
-        self._values = np.zeros((0, features), np.float32)
+    def __init__(self, level: tuple[float, float] | None) -> None:
+        self._level = level
+        self._peak = LEAST_PEAK
+        self._samples = np.zeros(0, np.float32)
+        self._offset = 0  # of the first sample kept
+        self._values = np.zeros((0, BANDS), np.float32)
         self._first = 0  # of the first column kept
+        self._total = 0
 
     @property
     def end(self) -> int:
         return self._first + len(self._values)
 
     def push(self, samples: Float32Array) -> None:
-        raise NotImplementedError
+        mean = 0.0 if self._level is None else self._level[0]
+        self._samples = np.concatenate([self._samples, samples - np.float32(mean)])
+        self._total += len(samples)
+        self._compute((self._total - WINDOW // 2) // HOP + CONTEXT + MARGIN + 1)
 
     def finish(self, end: int) -> None:
         """All columns up to `end`, silence after the sound."""
-        raise NotImplementedError
+        self._compute(end)
 
     def of(self, start: int, end: int) -> Float32Array:
         return self._values[start - self._first : end - self._first]
@@ -357,52 +361,6 @@ class _Columns:
         drop = max(0, min(start, self.end) - self._first)
         self._values, self._first = self._values[drop:], self._first + drop
 
-    def _add(self, values: Float32Array) -> None:
-        self._values = np.concatenate([self._values, values])
-
-
-class HeardColumns(_Columns):
-    """Rows of the trunk, each for two columns, zeros around the sound."""
-
-    def __init__(self, heard: HeardMiddle) -> None:
-        super().__init__(column_features(heard.name))
-        self._heard = heard
-        self._add(np.zeros((OWN_COLUMN[heard.name], self._values.shape[1]), np.float32))
-
-    def push(self, samples: Float32Array) -> None:
-        self._add(np.repeat(self._heard.push(samples), ROW_COLUMNS, axis=0))
-
-    def finish(self, end: int) -> None:
-        rest = np.repeat(self._heard.flush(), ROW_COLUMNS, axis=0)
-        missing = max(0, end - self.end - len(rest))
-        self._add(np.pad(rest, ((0, missing), (0, 0))))
-
-
-class _MelColumns(_Columns):
-    """Log-mel bands."""
-
-    def __init__(self, sample_rate: int, level: tuple[float, float] | None) -> None:
-        super().__init__(BANDS)
-        self._resampled = ResamplingStream(sample_rate, RATE)
-        self._level = level
-        self._peak = LEAST_PEAK
-        self._samples = np.zeros(0, np.float32)
-        self._offset = 0  # of the first sample kept
-        self._total = 0
-
-    def push(self, samples: Float32Array) -> None:
-        self._take(self._resampled.push(samples))
-
-    def finish(self, end: int) -> None:
-        self._take(self._resampled.push(np.zeros(0, np.float32), last=True))
-        self._compute(end)
-
-    def _take(self, samples: Float32Array) -> None:
-        mean = 0.0 if self._level is None else self._level[0]
-        self._samples = np.concatenate([self._samples, samples - np.float32(mean)])
-        self._total += len(samples)
-        self._compute((self._total - WINDOW // 2) // HOP + CONTEXT + MARGIN + 1)
-
     def _compute(self, end: int) -> None:
         """Column c is centred on sample (c - 24) · HOP."""
         if end <= self.end:
@@ -411,7 +369,9 @@ class _MelColumns(_Columns):
         peaks = self._peaks(middles)
         values = log_mel_at(self._samples, middles - self._offset, floor=TINY)
         levelled = values - 2 * np.log(peaks)[:, None]
-        self._add(np.maximum(levelled, np.log(FLOOR)).astype(np.float32))
+        self._values = np.concatenate(
+            [self._values, np.maximum(levelled, np.log(FLOOR)).astype(np.float32)]
+        )
         drop = max(0, HOP * (end - CONTEXT - MARGIN) - WINDOW // 2 - self._offset)
         self._samples, self._offset = (
             self._samples[drop:],
@@ -428,3 +388,21 @@ class _MelColumns(_Columns):
         peaks = np.maximum.accumulate(np.maximum(found, self._peak))
         self._peak = float(peaks[-1])
         return peaks.astype(np.float64)
+
+
+class HeardColumns(_Columns):
+    """Rows of the trunk's middle layer, each for two columns, zeros around the sound."""
+
+    def __init__(self) -> None:
+        super().__init__(None)
+        before, features = OWN_COLUMN[HeardMiddle.name], column_features(HeardMiddle.name)
+        self._values = np.zeros((before, features), np.float32)
+
+    def push(self, samples: Float32Array) -> None:
+        """The next rows."""
+        more = np.repeat(samples, ROW_COLUMNS, axis=0)
+        self._values = np.concatenate([self._values, more])
+
+    def finish(self, end: int) -> None:
+        missing = max(0, end - self.end)
+        self._values = np.pad(self._values, ((0, missing), (0, 0)))

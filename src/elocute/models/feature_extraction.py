@@ -35,10 +35,10 @@ ones."""
 
 
 class Hearing:
-    """One pass of a trunk over a sound, and its phones as a stream."""
+    """One pass of a trunk over a sound, and its phones as a stream, unless nobody asks for them."""
 
-    def __init__(self, network: TrunkNetwork, sample_rate: int) -> None:
-        self._resampled = ResamplingStream(sample_rate, SPEECH_RATE)
+    def __init__(self, network: TrunkNetwork, sample_rate: int, *, phones: bool = True) -> None:
+        self._resampled, self._kept = ResamplingStream(sample_rate, SPEECH_RATE), phones
         self._trunk = TrunkStream(network)
         self.phones = HeardPhones()
 
@@ -52,7 +52,8 @@ class Hearing:
         return self._answered(TrunkRows.joined([rest, self._trunk.flush()]))
 
     def _answered(self, rows: TrunkRows) -> TrunkRows:
-        self.phones.take(rows.phones)
+        if self._kept:
+            self.phones.take(rows.phones)
         return rows
 
 
@@ -97,32 +98,13 @@ class HeardMouth:
         return np.concatenate([rows.mouth, np.exp(rows.phones[:, SILENCE, None])], axis=1)
 
 
-class HeardMiddle:
-    """(row, 512) of the trunk's middle layer, at 50 Hz.
+class HeardMiddle(HeardMouth):
+    """(row, 512): the trunk's middle layer, from which the mouth is told."""
 
-    Parameters
-    ----------
-    sample_rate : int
-        Of the sound, Hz.
-    phones : bool
-        Whether phones are wanted too, as a stream that is asked after this one.
-    """
+    name = "trunk"
 
-    name, rate = "trunk", FEATURE_RATE
-
-    def __init__(self, sample_rate: int, *, phones: bool) -> None:
-        self._hearing = Hearing(builtin_trunk(), sample_rate)
-        self.phones = self._hearing.phones if phones else None
-
-    def push(self, samples: Float32Array) -> Float32Array:
-        return self._alone(self._hearing.push(samples))
-
-    def flush(self) -> Float32Array:
-        return self._alone(self._hearing.flush())
-
-    def _alone(self, rows: TrunkRows) -> Float32Array:
-        if self.phones is None:
-            self._hearing.phones.flush()  # nobody asks for them
+    @staticmethod
+    def _told(rows: TrunkRows) -> Float32Array:
         return rows.hidden
 
 

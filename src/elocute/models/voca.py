@@ -24,11 +24,12 @@ from elocute.audio.features import Features
 from elocute.audio.resampling_stream import RESAMPLING_S
 from elocute.audio.waveform import Waveform
 from elocute.encoders.registry import resolve_encoder
-from elocute.encoders.trunk import trunk_lookahead_s
+from elocute.encoders.trunk import builtin_trunk, trunk_lookahead_s
 from elocute.errors import ModelError
 from elocute.head.model import HeadModel
 from elocute.models.feature_extraction import (
     HeardMiddle,
+    Hearing,
     PhonePosteriorStream,
     WholeSoundStream,
 )
@@ -218,8 +219,8 @@ class VocaModel:
             return FeatureStreams(PhonePosteriorStream(sample_rate))
         contacts = contacts and self.makes_contacts
         if self.record.encoder == HeardMiddle.name:
-            heard = HeardMiddle(sample_rate, phones=contacts)
-            return FeatureStreams(heard, heard.phones)
+            hearing = Hearing(builtin_trunk(), sample_rate, phones=contacts)
+            return FeatureStreams(HeardMiddle(hearing), hearing.phones if contacts else None)
         own = WholeSoundStream(sample_rate, resolve_encoder(self.record.encoder))
         return FeatureStreams(own, PhonePosteriorStream(sample_rate) if contacts else None)
 

@@ -28,13 +28,13 @@ from elocute.audio.mel_with_deltas import (
 from elocute.audio.waveform import Waveform
 from elocute.corpus.shards import Shards, WordClip
 from elocute.corpus.word_clip import COMPONENTS_MAX
+from elocute.encoders.registry import resolve_encoder
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_file import ArrayFile
 from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import write_folder_atomically
 from elocute.files.json_records import finite_number, read_record
 from elocute.models.crnn_network import MEL, WINDOW_COLUMNS, HeardColumns, column_features
-from elocute.models.feature_extraction import HeardMiddle
 from elocute.numerics.resampling import frame_places, read_rows
 from elocute.one_line_repr import one_line
 
@@ -303,8 +303,8 @@ def columns_of(sound: Waveform, fps: float, encoder: str) -> tuple[Float32Array,
         return mel.static, mel.starts
     starts = column_starts(max(1, round(sound.duration_s * fps)), fps)
     end = int(starts[-1]) + WINDOW_COLUMNS
-    heard = HeardColumns(HeardMiddle(sound.sample_rate, phones=False))
-    heard.push(sound.samples)
+    heard = HeardColumns()
+    heard.push(resolve_encoder(encoder)(sound).values)
     heard.finish(end)
     return heard.of(0, end), starts
 

@@ -32,7 +32,8 @@ LOG_FIELDS: tuple[str, ...] = (
     "seconds",
 )
 VALIDATION_BATCH = 4096
-PROJECTION_ROWS = 50_000  # of which principal components are found
+FEATURES_MOST = 64  # of more, the principal components are heard
+PROJECTION_ROWS = 50_000  # of which these are found
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,23 +149,16 @@ def _fabric(device: str) -> Any:
 def new_network(data: VocaTrainingData, config: VocaTrainConfig) -> Voca:
     """A network whose decoder starts from the principal components of the training motion.
 
-    Features of which there are more than `projected` are projected onto theirs, each with a
-    deviation of one.
+    Features of which there are many are projected onto theirs, each with a deviation of one.
     """
     targets, heard = data.train.targets, data.train.features
-    count, features = min(config.components, targets.shape[1]), heard.shape[1]
-    most = config.projected or features
-    shape = VocaConfig(
-        min(features, most),
-        len(data.styles),
-        targets.shape[1],
-        count,
-        heard=features if features > most else 0,
-    )
+    outputs, many = targets.shape[1], heard.shape[1]
+    features, count = min(many, FEATURES_MOST), min(config.components, outputs)
+    shape = VocaConfig(features, len(data.styles), outputs, count, many if many > features else 0)
     network = Voca(shape)
     if shape.heard:
         some = heard[:: max(1, len(heard) // PROJECTION_ROWS)]
-        components = principal_components(some, most).T
+        components = principal_components(some, features).T
         network.projection.copy_(components / components.norm(dim=0) ** 2)
     if config.initialisers == "released":
         network.start_as_released()

@@ -55,13 +55,6 @@ class VocaTrainConfig(TrainingSettings):
         help="Size of the embedding; as many principal components initialise the decoder.",
     )
     seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of all random numbers.")
-    projected: int = setting(
-        64,
-        low=0,
-        high=100_000,
-        help="Principal components that the features of an encoder with more are projected onto; "
-        "0 takes all as they are.",
-    )
     reduced: bool = setting(
         True, help="Decode into the span of the motion; vertex by vertex is far slower."
     )
