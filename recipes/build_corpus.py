@@ -9,7 +9,7 @@ it is smooth and plausible, and it is not a recording of anybody. Faces of a rig
 built-in head's shapes alone, as the shipped models learned them; rich faces have shapes, flesh and
 habits of their own and are stored as vertices (about 9 GB).
 
-    python -m recipes.build_corpus build/corpus --natural build/encoder --grid DATA/grid_s1
+    python -m recipes.build_corpus build/corpus --natural build/trunk --grid DATA/grid_s1
 
 adds what the shipped default learns from: natural speech as `train_trunk.py align` and
 `realign` left it, simulated in every style, and the real talker as a further subject.

@@ -1,12 +1,17 @@
 """Train the recurrent model that ships, `crnn`, and put it into the package.
 
-    python -m recipes.train_crnn build/crnn --natural build/encoder      builds shards first
+    python -m recipes.train_crnn build/crnn --natural build/trunk        builds shards first
     python -m recipes.train_crnn build/crnn --shards SHARDS --sounds FOLDER
 
 It resumes from the folder. On two cores: 30 to 40 minutes. Whatever voices the shards hold, the
 sound is made worse in training (noise, loudness, equalisation, band limits, other vocal tracts and
 tempos), which is what carries over to natural voices; bands above 8 kHz are not heard, as most
 of the sound has none. The figures for docs/cards/crnn.md are printed at the end.
+
+    python -m recipes.train_crnn build/crnn --natural build/trunk --encoder trunk --speakers 0
+            --epochs 10 --batch 20 --no-asset
+
+is what was tried through the trunk (docs/measurements/recurrent-model.md): ten minutes of a core.
 """
 
 from __future__ import annotations
@@ -34,16 +39,18 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="for shards, checkpoint, log; resumes from there")
     parser.add_argument("--shards", type=Path, help="shards that exist (elocute propagate)")
     parser.add_argument("--sounds", type=Path, help="the folder of their sounds")
-    parser.add_argument("--speakers", type=int, default=240)
+    parser.add_argument("--speakers", type=int, default=240, help="0: natural speech alone")
     parser.add_argument("--words", type=int, default=10, help="said by each speaker")
     parser.add_argument("--sentences", type=int, default=2, help="said by each speaker")
     parser.add_argument(
         "--natural", type=Path, help="work folder of train_trunk.py: adds natural speech"
     )
     parser.add_argument("--epochs", type=int, default=18)
+    parser.add_argument("--batch", type=int, default=50, help="clips")
     parser.add_argument("--learning-rate", type=float, default=1e-3)
     parser.add_argument("--augment", type=float, default=0.9)
     parser.add_argument("--weight-power", type=float, default=0.25)
+    parser.add_argument("--encoder", default="mel-deltas", help="or trunk")
     parser.add_argument("--no-asset", action="store_true", help="leave the package alone")
     choice = parser.parse_args()
     choice.folder.mkdir(parents=True, exist_ok=True)
@@ -67,11 +74,13 @@ def main() -> None:
         sys.exit("--shards needs --sounds")
     config = CrnnTrainConfig(
         epochs=choice.epochs,
+        batch_clips=choice.batch,
         learning_rate=choice.learning_rate,
         last_rate=0.05,
         augment=choice.augment,
         highest_hz=8000.0,
         weight_power=choice.weight_power,
+        encoder=choice.encoder,
     )
     training = choice.folder / "training"
     training.mkdir(exist_ok=True)

@@ -1,7 +1,7 @@
 """Train the model that ships, `voca`, and put it into the package.
 
-    python -m recipes.build_corpus build/corpus --natural build/encoder --grid DATA/grid_s1
-    python -m recipes.train_default build/corpus build/default --epochs 10
+    python -m recipes.build_corpus build/corpus --natural build/trunk --grid DATA/grid_s1
+    python -m recipes.train_default build/corpus build/default
 
 The corpus holds natural and synthetic speech in eight simulated styles, and a real talker as the
 style `grid`. What it measures is in docs/cards/voca.md.
@@ -30,12 +30,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("corpus", type=Path)
     parser.add_argument("folder", type=Path, help="for checkpoint and log; resumes from there")
-    parser.add_argument("--epochs", type=int, default=10)
-    parser.add_argument("--learning-rate", type=float, default=3e-4)
+    parser.add_argument("--epochs", type=int, default=6)
+    parser.add_argument("--learning-rate", type=float, default=1e-3)
+    parser.add_argument("--batch", type=int, default=256, help="pairs of frames")
+    parser.add_argument("--encoder", default="phones")
     choice = parser.parse_args()
     choice.folder.mkdir(parents=True, exist_ok=True)
     corpus = open_corpus(choice.corpus)
-    config = VocaTrainConfig(epochs=choice.epochs, learning_rate=choice.learning_rate)
+    config = VocaTrainConfig(
+        epochs=choice.epochs,
+        learning_rate=choice.learning_rate,
+        batch_pairs=choice.batch,
+        encoder=choice.encoder,
+    )
 
     def report(_share: float, line: str) -> None:
         print(line, flush=True)

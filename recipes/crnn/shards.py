@@ -83,14 +83,15 @@ def build(
 ) -> None:
     """Write sounds, then shards; the basis is learned first.
 
-    `natural` is the work folder of train_trunk.py, whose training speakers are added.
+    Without `speakers`, of natural speech alone. `natural` is the work folder of train_trunk.py,
+    whose training speakers are added.
     """
     speaker = Speaker()
     basis = learn_basis(work / "reader", speaker, seed)
     draw = random.Random(seed)
     number = 0
     with shard_writer(folder, basis, note=NOTE) as writer:
-        for part, some in voices(speakers, seed).items():
+        for part, some in (voices(speakers, seed) if speakers else {}).items():
             for index, voice in enumerate(some):
                 style = styles[index % len(styles)]
                 said = draw.sample(WORDS, min(words_each, len(WORDS)))

@@ -38,7 +38,20 @@ def test_fbank_equals_python_speech_features_every_twenty_milliseconds(speech):
     np.testing.assert_allclose(features.values[: len(theirs)], theirs[:150], atol=1e-4)
 
 
-@pytest.mark.parametrize("name", ["phones", "fbank"])
+def test_the_trunk_gives_its_middle_layer_and_zeros_where_nobody_speaks(speech):
+    quiet = np.concatenate([np.zeros(16000, np.float32), speech.samples])
+    encoder = resolve_encoder("trunk")
+    values = encoder(Waveform(quiet, 16000)).values
+    assert (encoder.name, encoder.feature_count, values.shape) == ("trunk", 512, (200, 512))
+    assert not values[:40].any()
+    # A row is normalised: nothing of the layer's own scale is left.
+    spoken = values[np.abs(values).max(axis=1) > 0]
+    assert len(spoken) > 100
+    assert np.abs(spoken.mean(axis=1)).max() < 1e-5
+    assert spoken.std(axis=1) == pytest.approx(1, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["phones", "trunk", "fbank"])
 @pytest.mark.parametrize(
     ("count", "rate"),
     [(2, 16000), (479, 16000), (8001, 16000), (16160, 16000), (22050, 44100), (8000, 8000)],
@@ -52,6 +65,7 @@ def test_features_last_as_long_as_the_sound(name, count, rate):
 def test_every_encoder_is_listed():
     assert encoder_names() == (
         "phones",
+        "trunk",
         "fbank",
         "deepspeech:PATH.pb",
         "wav2vec2:FOLDER",
@@ -62,7 +76,9 @@ def test_every_encoder_is_listed():
 
 @pytest.mark.parametrize("name", ["", "mfcc", "Phones", "phones ", ":x"])
 def test_an_unknown_name_is_answered_with_the_known(name):
-    with pytest.raises(InputError, match=r"phones, fbank, deepspeech:PATH\.pb, wav2vec2:FOLDER"):
+    with pytest.raises(
+        InputError, match=r"phones, trunk, fbank, deepspeech:PATH\.pb, wav2vec2:FOLDER"
+    ):
         resolve_encoder(name)
 
 

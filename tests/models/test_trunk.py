@@ -96,7 +96,7 @@ def test_cut_bands_are_the_same_bit_for_bit(speech, block) -> None:
 def test_a_cut_sound_is_heard_the_same_bit_for_bit(path, speech, block, ahead) -> None:
     whole, cut = listened(path, speech, len(speech), ahead), listened(path, speech, block, ahead)
     assert len(whole.mouth) == -(-len(speech) // ROW_SAMPLES)
-    for name in ("mouth", "phones"):
+    for name in ("hidden", "mouth", "phones"):
         assert np.array_equal(getattr(whole, name), getattr(cut, name)), name
 
 
@@ -112,7 +112,12 @@ def test_it_is_the_network_that_was_taught(small, path, speech, ahead) -> None:
     found = listened(path, speech, 4000, ahead)
     loud = (found.phones != SILENCE_ALONE).any(axis=1)
     assert loud.mean() > 0.5
-    for ours, theirs in ((found.mouth, told), (found.phones[loud], heard[loud])):
+    middle = hidden[0].numpy()[REST_ROWS:-REST_ROWS]
+    for ours, theirs in (
+        (found.hidden[loud], middle[loud]),
+        (found.mouth, told),
+        (found.phones[loud], heard[loud]),
+    ):
         correlations = [np.corrcoef(a, b)[0, 1] for a, b in zip(ours.T, theirs.T, strict=True)]
         assert np.median(correlations) > 0.97
 
@@ -152,11 +157,10 @@ def test_far_below_the_loudest_nobody_speaks(path, speech) -> None:
     faint = speech * np.float32(10 ** (-SILENT_DECADES * 10 / 20 - 0.5))
     sound = np.concatenate([speech, faint])
     hearing = Hearing(TrunkNetwork(path), RATE)
-    hearing.push(sound)
-    hearing.flush()
+    hidden = np.concatenate([hearing.push(sound).hidden, hearing.flush().hidden])
     heard = hearing.phones.flush()
     rows = len(speech) // ROW_SAMPLES
-    assert (heard[rows + 20 :] == SILENCE_ALONE).all()
+    assert (heard[rows + 20 :] == SILENCE_ALONE).all() and not hidden[rows + 20 :].any()
     assert np.exp(heard[:rows, 0]).min() < 0.9
 
 

@@ -18,23 +18,26 @@ from elocute.audio.mel_with_deltas import mel_columns
 from elocute.audio.read import read_audio
 from elocute.audio.sound_level import samples_level
 from elocute.audio.waveform import Waveform
+from elocute.encoders.registry import resolve_encoder
 from elocute.errors import CorpusError, ModelError
 from elocute.evaluation.concordance import score_concordance
 from elocute.files.work_folder import MODEL
 from elocute.models.crnn import CrnnModel
 from elocute.models.crnn_network import (
     JOINS,
+    OWN_COLUMN,
     CrnnNetwork,
     CrnnStream,
     stream_weights,
 )
 from elocute.models.model_shapes import as_builtin, speech_names, to_shapes
 from elocute.models.registry import open_model
+from elocute.models.streaming import CurveStream
 from elocute.models.voca import VocaModel
 from elocute.motion.motion import Motion
 from elocute.networks.crnn import SharedCrnn
 from elocute.training.crnn.batches import predict_batch, random_batch, random_segment, whole_batch
-from elocute.training.crnn.feature_cache import cache_features
+from elocute.training.crnn.feature_cache import cache_features, columns_of
 from elocute.training.crnn.fit import audible_bands, fit
 from elocute.training.crnn.loss import (
     concordance,
@@ -221,6 +224,34 @@ def test_streams_give_the_whole(model: Path, speech_wav: Path, joins: str) -> No
                 ready = np.cumsum([len(part) for part in given]) / FPS
                 assert (cache - ready)[20:].max() < 0.25 + 0.1
     assert np.abs(live[0] - live[1]).max() < 1e-5
+
+
+def test_it_may_hear_the_middle_of_the_trunk(
+    shards: Any, speech_wav: Path, tmp_path: Path, basis: Motion
+) -> None:
+    """Trained, kept in its file and streamed; the loudness of the whole sound is not asked for."""
+    trained, _ = train_crnn(shards, replace(SHORT, encoder="trunk"), tmp_path)
+    model, sound = open_model(tmp_path / MODEL), read_audio(speech_wav, sample_rate=16000)
+    assert isinstance(model, CrnnModel)
+    assert model.encoder == "trunk"
+    assert not model.needs_sound_level and model.sound_level(sound) is None
+    static, starts = columns_of(sound, FPS, "trunk")
+    rows = resolve_encoder("trunk")(sound).values
+    own = OWN_COLUMN["trunk"]
+    assert np.array_equal(static[own : own + 80 : 2], rows[:40])  # each for two columns
+    with torch.no_grad():
+        expected, _ = SharedCrnn(trained.network)(
+            torch.from_numpy(static)[None], torch.from_numpy(starts)[None]
+        )
+    found = stream_weights(model.network, sound)
+    assert np.abs(found - expected[0].numpy()).max() < 1e-5 and found.std() > 0.01
+    whole = animate(sound, model=tmp_path / MODEL, life=0).curves.values
+    live = CurveStream(model, sound.sample_rate)
+    parts = [live.push(sound.samples[a : a + 777]) for a in range(0, len(sound.samples), 777)]
+    early = live.frames_given
+    joined = np.concatenate([p.values for p in (*parts, live.flush()) if p is not None])
+    assert joined.shape == whole.shape and np.abs(joined - whole).max() < 1e-5
+    assert early / 60 > sound.duration_s - model.lookahead_s - 0.1 and model.lookahead_s < 1.5
 
 
 def test_joins_differ_only_by_memory(model: Path, speech_wav: Path) -> None:

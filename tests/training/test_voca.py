@@ -24,8 +24,10 @@ import elocute
 from elocute.audio.features import Features
 from elocute.corpus.corpus_store import Corpus
 from elocute.encoders.registry import resolve_encoder
-from elocute.errors import ModelError
+from elocute.errors import InputError, ModelError
+from elocute.models.feature_extraction import extract_features
 from elocute.models.protocol import FrameSpan, SpeechFeatures
+from elocute.models.streaming import CurveStream
 from elocute.models.voca import VocaModel
 from elocute.training.voca.export import export_voca
 from elocute.training.voca.fit import (
@@ -164,6 +166,46 @@ def test_a_learned_model_animates_and_closes_lips(
     opening = elocute.measure_mouth(talk.motion)["opening_mm"]
     assert opening[:6].max() < 0.1
     assert opening.max() > 1.0
+
+
+def test_the_middle_of_the_trunk_is_projected_and_streams(
+    corpus: Corpus, tmp_path: Path, speech_wav: Path
+) -> None:
+    config = dataclasses.replace(CONFIG, encoder="trunk", epochs=1)
+    data = prepare(corpus, config, resolve_encoder("trunk"))
+    trained = fit(data, config)
+    shape = trained.network.config
+    assert (shape.heard, shape.features) == (512, 64)
+    # Onto the directions in which the rows differ most, each with the same deviation.
+    seen = trained.network.projected(data.train.features)
+    assert torch.allclose(seen.std(dim=0), torch.ones(64), atol=0.1)
+    assert torch.allclose(torch.cov(seen.T), torch.eye(64), atol=0.1)
+    export_voca(trained, corpus, tmp_path / "model.onnx")
+    model, sound = VocaModel(tmp_path / "model.onnx"), elocute.read_audio(speech_wav)
+    assert (model.encoder, model.record.features) == ("trunk", 512)
+    heard, _ = extract_features(model, sound, contacts=False)
+    found = model.weights(heard, model.style("even"), FrameSpan.whole(90, 60.0))
+    windows = heard.features.resample(60.0).windows(16)[:90]
+    with torch.no_grad():
+        styles = torch.full((90, shape.styles), 1 / shape.styles)
+        narrow = trained.network.projected(torch.from_numpy(windows.copy()))
+        coordinates = trained.network(narrow, styles).numpy()
+    assert trained.space is not None and trained.space.to_weights is not None
+    np.testing.assert_allclose(found, coordinates @ trained.space.to_weights, atol=1e-4)
+    for contacts in ("auto", "off"):
+        whole = elocute.animate(sound, model=model.path, contacts=contacts, life=0).curves.values
+        live = CurveStream(model, sound.sample_rate, contacts=contacts)
+        parts = [live.push(sound.samples[a : a + 999]) for a in range(0, len(sound.samples), 999)]
+        assert live.frames_given / 60 > sound.duration_s - model.lookahead_s - 0.1
+        joined = np.concatenate([p.values for p in (*parts, live.flush()) if p is not None])
+        np.testing.assert_allclose(joined, whole, atol=1e-5)
+    assert model.lookahead_s < 1.5
+    with pytest.raises(InputError, match="trunk alone"):
+        extract_features(model, sound, contacts=False, phones=[(0.0, 1.0, "AA")])
+
+
+def test_features_that_are_few_are_taken_as_they_are(trained: TrainedVoca) -> None:
+    assert (trained.network.config.heard, trained.network.config.features) == (0, 26)
 
 
 def test_styles_and_models_that_are_not_there_are_named(

@@ -1,4 +1,4 @@
-"""The speech encoder `phones`: the trunk's second answer, log-posteriors of forty phones."""
+"""The speech encoders `phones`, the trunk's second answer, and `trunk`, its middle layer."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 from elocute.encoders.trunk import (
     AHEAD,
     TrunkNetwork,
+    TrunkRows,
     TrunkStream,
     builtin_trunk,
     trunk_lookahead_s,
@@ -88,3 +89,20 @@ class PhonePosteriors:
 
     def __call__(self, waveform: Waveform) -> Features:
         return as_features(waveform, builtin_encoder().encode(encoder_samples(waveform)), self.name)
+
+
+@dataclass(frozen=True)
+class TrunkMiddle:
+    """Rows of 512 normalised values, from which the mouth is told; zero where nobody speaks."""
+
+    name: str = "trunk"
+    rate: float = FEATURE_RATE
+
+    @property
+    def feature_count(self) -> int:
+        return builtin_trunk().answers["hidden"]
+
+    def __call__(self, waveform: Waveform) -> Features:
+        stream = TrunkStream(builtin_trunk())
+        heard = TrunkRows.joined([stream.push(encoder_samples(waveform)), stream.flush()])
+        return as_features(waveform, heard.hidden, self.name)

@@ -13,6 +13,7 @@ DEFAULT_ENCODER = "phones"
 # kind: (module beside this one, class, what must follow a colon), imported when first needed.
 ENCODERS: dict[str, tuple[str, str, str]] = {
     "phones": ("phone_encoder", "PhonePosteriors", ""),
+    "trunk": ("phone_encoder", "TrunkMiddle", ""),
     "fbank": ("filterbank_encoder", "FilterbankEnergies", ""),
     "deepspeech": ("deepspeech", "DeepSpeech", "PATH.pb"),
     "wav2vec2": ("speech_transformer", "Wav2Vec2", "FOLDER"),
@@ -32,7 +33,7 @@ def resolve_encoder(name: str = DEFAULT_ENCODER) -> Encoder:
     Parameters
     ----------
     name : str
-        "phones", "fbank", "deepspeech:PATH.pb", "wav2vec2:FOLDER", "hubert:FOLDER" or
+        "phones", "trunk", "fbank", "deepspeech:PATH.pb", "wav2vec2:FOLDER", "hubert:FOLDER" or
         "wavlm:FOLDER".
 
     Returns

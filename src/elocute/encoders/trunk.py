@@ -124,13 +124,22 @@ class TrunkNetwork:
             ) from error
         found = dict(zip(self._outputs, answers, strict=True))
         rows = len(given["positions"])
-        for name, columns in (("mouth", len(MOUTH_FIELDS)), ("phones", len(PHONES))):
+        for name, columns in self.answers.items():
             answer = found.get(name)
             if answer is None or answer.shape != (rows, columns) or not np.isfinite(answer).all():
                 raise ModelError.about(
                     self.path, found=f"no {name} of (rows, {columns})", allowed="a trunk"
                 )
         return found
+
+    @cached_property
+    def answers(self) -> dict[str, int]:
+        """Values in a row of each answer."""
+        return {
+            "hidden": self.record["width"],
+            "mouth": len(MOUTH_FIELDS),
+            "phones": len(PHONES),
+        }
 
     @cached_property
     def positions(self) -> Float32Array:
@@ -163,42 +172,49 @@ def trunk_lookahead_s(network: TrunkNetwork | None = None, ahead: int = AHEAD) -
 
     Of the trunk that ships where none is given.
     """
-    late = max(_rows_late((network or builtin_trunk()).record, ahead))
+    late = max(_rows_late((network or builtin_trunk()).record, ahead).values())
     return whisper_mel.LOOKAHEAD_S + CONTEXT / 100 + (late + BLOCK_ROWS) / FEATURE_RATE
 
 
-def _rows_late(record: dict[str, Any], ahead: int) -> tuple[int, int]:
-    """Rows by which mouth and phones are late."""
-    return record["mouth_layer"] * ahead + record["mouth_ahead"], record["layers"] * ahead
+def _rows_late(record: dict[str, Any], ahead: int) -> dict[str, int]:
+    """Rows by which each answer is late."""
+    hidden = record["mouth_layer"] * ahead
+    return {
+        "hidden": hidden,
+        "mouth": hidden + record["mouth_ahead"],
+        "phones": record["layers"] * ahead,
+    }
 
 
 @dataclass(frozen=True, eq=False)
 class TrunkRows:
     """What the trunk hears in some rows of 20 ms.
 
+    Where the sound is far below the loudest so far, phones are silence and the middle is zero.
+
     Parameters
     ----------
+    hidden : (row, width) float32
+        What the mouth is told from: the rows after the mouth's layer, normalised.
     mouth : (row, 7) float32
         `MOUTH_FIELDS`.
     phones : (row, 40) float32
-        Log-posteriors; silence where the sound is far below the loudest so far.
+        Log-posteriors.
     """
 
+    hidden: Float32Array
     mouth: Float32Array
     phones: Float32Array
 
     def part(self, first: int, stop: int | None) -> TrunkRows:
         """Some of the rows."""
-        kept = slice(first, stop)
-        return TrunkRows(self.mouth[kept], self.phones[kept])
+        return TrunkRows(*(values[first:stop] for values in vars(self).values()))
 
     @classmethod
     def joined(cls, parts: Sequence[TrunkRows]) -> TrunkRows:
         """One after the other."""
-        return cls(
-            np.concatenate([one.mouth for one in parts]),
-            np.concatenate([one.phones for one in parts]),
-        )
+        columns = zip(*(vars(one).values() for one in parts), strict=True)
+        return cls(*map(np.concatenate, columns))
 
 
 class TrunkStream:
@@ -221,10 +237,12 @@ class TrunkStream:
         self._network, record = network, network.record
         self._ahead, self._history, self._layers = ahead, record["history"], record["layers"]
         self._window = self._history + ahead + BLOCK_ROWS  # rows that a block may look at
-        mouth_late, phones_late = _rows_late(record, ahead)
-        self._late = max(mouth_late, phones_late)  # rows by which the answers are late
-        self._told = _nothing(self._late - mouth_late, len(MOUTH_FIELDS))
-        self._heard = _nothing(self._late - phones_late, len(PHONES))
+        late = _rows_late(record, ahead)
+        self._late = max(late.values())  # rows by which the answers are late
+        self._waiting = {  # for the last of them
+            name: _nothing(self._late - late[name], columns)
+            for name, columns in network.answers.items()
+        }
         width, kept = record["width"], self._history + ahead
         self._state = [
             _Layer(
@@ -277,7 +295,7 @@ class TrunkStream:
         """Run all whole blocks."""
         self._bands = np.concatenate([self._bands, self._mel.push(samples)])
         self._peaks = np.concatenate([self._peaks, self._mel.peaks])
-        given = [TrunkRows(_nothing(0, len(MOUTH_FIELDS)), _nothing(0, len(PHONES)))]
+        given = [TrunkRows(*(_nothing(0, n) for n in self._network.answers.values()))]
         while blocks := (len(self._bands) - 2 * CONTEXT + 1) // (2 * BLOCK_ROWS):
             before = max(0, REST_ROWS + self._late - self._fed)  # heard, but not given
             given.append(self._run(min(blocks, RUN_BLOCKS)).part(before, None))
@@ -307,11 +325,15 @@ class TrunkStream:
         self._phones = _moved_on(self._phones, found["phones_new"])
         self._bands = self._bands[2 * rows :]
         self._fed += rows
-        told = np.concatenate([self._told, found["mouth"]])
-        heard = np.concatenate([self._heard, found["phones"]])
-        self._told, self._heard = told[rows:], heard[rows:]
-        phones = np.where(self._quiet(rows)[:, None], SILENCE_ALONE, heard[:rows])
-        return TrunkRows(told[:rows], phones)
+        quiet, ready = self._quiet(rows)[:, None], dict[str, Float32Array]()
+        for name, waiting in self._waiting.items():
+            joined = np.concatenate([waiting, found[name]])
+            ready[name], self._waiting[name] = joined[:rows], joined[rows:]
+        return TrunkRows(
+            np.where(quiet, np.float32(0), ready["hidden"]),
+            ready["mouth"],
+            np.where(quiet, SILENCE_ALONE, ready["phones"]),
+        )
 
     def _quiet(self, rows: int) -> NDArray[np.bool_]:
         """(row,) where the next rows and those near them are far below the loudest so far."""

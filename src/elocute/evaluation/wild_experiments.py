@@ -158,7 +158,7 @@ def study_wild(
     """
     check_trainings(trainings)
     config = config or CrnnTrainConfig()
-    features = cache_features(shards, folder, config.fps)
+    features = cache_features(shards, folder, config.fps, encoder=config.encoder)
     chosen = {name: experiment_clips(features, name, config, held_out) for name in trainings}
     known = {} if exact is None else exact_parameters(shards, exact, config.fps)
     table, shares = dict[str, ConcordanceScore](), variance_shares(shards)

@@ -198,7 +198,7 @@ def score_noise(
     for clip in shards.clips("test"):
         if clip.clip not in wanted:
             continue
-        values, first, targets = clip_features(shards, clip, features.fps, noisy)
+        values, first, targets = clip_features(shards, clip, features.fps, noisy, features.encoder)
         row = CachedClip(
             clip.clip,
             clip.word,

@@ -20,17 +20,19 @@ from elocute.audio.mel_with_deltas import HOP, RATE
 from elocute.audio.resampling_stream import RESAMPLING_S
 from elocute.audio.sound_level import sound_level
 from elocute.audio.waveform import Waveform
-from elocute.encoders.trunk import trunk_lookahead_s
+from elocute.encoders.trunk import builtin_trunk, trunk_lookahead_s
 from elocute.errors import ModelError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.models.crnn_network import (
+    MEL,
+    OWN_COLUMN,
     SHIPPED,
     WINDOW_COLUMNS,
     CrnnNetwork,
     CrnnStream,
 )
-from elocute.models.feature_extraction import PhonePosteriorStream
+from elocute.models.feature_extraction import Hearing, PhonePosteriorStream
 from elocute.models.finishing import finished_curves
 from elocute.models.model_shapes import as_builtin, speech_names, with_own_shapes
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
@@ -57,10 +59,8 @@ class CrnnModel:
         not a recurrent model of Elocute.
     """
 
-    encoder = "mel-deltas"
     styles: tuple[str, ...] = ()
     components: tuple[str, ...] = ()
-    needs_sound_level = True
 
     def __init__(self, path: str | Path = SHIPPED, session: Any = None) -> None:
         self.network = CrnnNetwork(path, session)
@@ -69,6 +69,14 @@ class CrnnModel:
     @property
     def name(self) -> str:
         return self.path.name
+
+    @property
+    def encoder(self) -> str:
+        return self.network.record.encoder
+
+    @property
+    def needs_sound_level(self) -> bool:
+        return self.encoder == MEL
 
     @property
     def basis(self) -> Float32Array:
@@ -98,7 +106,10 @@ class CrnnModel:
     @property
     def lookahead_s(self) -> float:
         features_s = WINDOW_COLUMNS * COLUMN_S
-        if self.makes_contacts:
+        if self.encoder != MEL:
+            later = WINDOW_COLUMNS - OWN_COLUMN[self.encoder]
+            features_s = later * COLUMN_S + trunk_lookahead_s()
+        elif self.makes_contacts:
             features_s = max(features_s, trunk_lookahead_s())
         return RESAMPLING_S + features_s + self.decoder_lookahead_s
 
@@ -121,14 +132,17 @@ class CrnnModel:
     def feature_streams(
         self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
     ) -> FeatureStreams:
-        own = CrnnStream(self.network, sample_rate, level=level)
-        return FeatureStreams(
-            own, PhonePosteriorStream(sample_rate) if contacts and self.makes_contacts else None
-        )
+        contacts = contacts and self.makes_contacts
+        if self.encoder == MEL:
+            own = CrnnStream(self.network, sample_rate, level=level)
+            return FeatureStreams(own, PhonePosteriorStream(sample_rate) if contacts else None)
+        hearing = Hearing(builtin_trunk(), sample_rate, phones=contacts)
+        own = CrnnStream(self.network, sample_rate, hearing=hearing)
+        return FeatureStreams(own, hearing.phones if contacts else None)
 
-    def sound_level(self, sound: Waveform) -> SoundLevel:
+    def sound_level(self, sound: Waveform) -> SoundLevel | None:
         """Mean and peak of the sound at the network's own rate."""
-        return sound_level(sound, RATE)
+        return sound_level(sound, RATE) if self.needs_sound_level else None
 
     def weights(self, speech: SpeechFeatures, style: None, span: FrameSpan) -> Float32Array:
         """(frame, component) on `basis`."""

@@ -3,9 +3,10 @@
 There is one way through: a whole sound is a stream fed once, so cutting makes no difference. A
 window looks 0.25 s ahead, and a stream answers so much later.
 
-The network takes sound whose peak is one and whose mean is zero. Of a whole sound both are known.
-A live one's peak is the loudest so far, never less than LEAST_PEAK, so that silence is not made
-loud; its mean is left alone, as sound cards remove it.
+It hears mel bands, as published, or the trunk's middle layer. Mel bands are those of sound whose
+peak is one and whose mean is zero. Of a whole sound both are known. A live one's peak is the
+loudest so far, never less than LEAST_PEAK, so that silence is not made loud; its mean is left
+alone, as sound cards remove it.
 """
 
 from __future__ import annotations
@@ -33,7 +34,10 @@ from elocute.audio.mel_with_deltas import (
 from elocute.audio.resampling_stream import ResamplingStream
 from elocute.audio.sound_level import samples_level
 from elocute.audio.waveform import Waveform
+from elocute.encoders.protocol import FEATURE_RATE
+from elocute.encoders.trunk import builtin_trunk
 from elocute.errors import ModelError
+from elocute.models.feature_extraction import HeardMiddle, Hearing
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
 
 SHIPPED = "crnn"
@@ -42,6 +46,11 @@ WINDOW_COLUMNS = 2 * (CONTEXT + MARGIN) + 1  # columns that one video frame need
 HIDDEN = 128
 OUTPUTS_MAX = 10_000
 BLOCK = 10 * RATE  # samples in one run: memory stays bounded
+MEL = "mel-deltas"
+ENCODERS = (MEL, HeardMiddle.name)
+OWN_COLUMN = {MEL: CONTEXT + MARGIN, HeardMiddle.name: WINDOW_COLUMNS - 7}
+"""Where in its window a frame's own time is: rows of the trunk have heard what comes after them."""
+ROW_COLUMNS = round(RATE / HOP / FEATURE_RATE)  # for which a row of the trunk stands
 STEP_S = 60.0
 """The network takes at most so much at a time, however much is known: 300 MB."""
 LEAST_PEAK = 0.1
@@ -55,11 +64,19 @@ SMOOTHING = (0.25, 0.5, 0.25)  # of the frames on both sides of a join
 class CrnnRecord:
     """What training wrote into the file; topology names the head whose mesh it moves."""
 
+    encoder: str
     fps: float
     outputs: int
     topology: str
     vertices: int
     note: str
+
+
+def column_features(encoder: str) -> int:
+    """Values in a column. Raises ValueError for no encoder of the recurrent model."""
+    if encoder not in ENCODERS:
+        raise ValueError(f"encoder {encoder[:80]}")
+    return BANDS if encoder == MEL else builtin_trunk().answers["hidden"]
 
 
 class CrnnNetwork:
@@ -95,12 +112,14 @@ class CrnnNetwork:
             if stored["kind"] != "crnn":
                 raise ValueError(stored["kind"])
             record = CrnnRecord(
+                encoder=str(stored.get("encoder", MEL)),  # files of before have mel bands
                 fps=float(stored["fps"]),
                 outputs=int(stored["outputs"]),
                 topology=str(stored["topology"]),
                 vertices=int(stored["vertices"]),
                 note=str(stored["note"]),
             )
+            column_features(record.encoder)
             if not 1 <= record.fps <= RATE / HOP or record.vertices < 1:
                 raise ValueError(f"fps {record.fps}")
             if not 1 <= record.outputs <= OUTPUTS_MAX:
@@ -116,7 +135,7 @@ class CrnnNetwork:
     @cached_property
     def basis(self) -> Float32Array:
         """(component, vertex, 3) m of its weights. Raises ModelError."""
-        silence = np.zeros((WINDOW_COLUMNS, BANDS), np.float32)
+        silence = np.zeros((WINDOW_COLUMNS, column_features(self.record.encoder)), np.float32)
         basis = self._run(["basis"], silence, np.zeros(1, np.int64), self.rest)[0]
         if basis.shape != (self.record.outputs, self.record.vertices, 3):
             raise ModelError.about(
@@ -137,7 +156,7 @@ class CrnnNetwork:
         starts: NDArray[np.int64],
         state: tuple[Float32Array, Float32Array],
     ) -> tuple[Float32Array, tuple[Float32Array, Float32Array]]:
-        """(column, 128) and (frame,) first columns of windows to (frame, component) and state."""
+        """(column, feature) and (frame,) first columns of windows to weights and state."""
         names = ["weights", "hidden_after", "cell_after"]
         weights, hidden, cell = self._run(names, columns, starts, state)
         if weights.shape != (len(starts), self.record.outputs):
@@ -186,8 +205,10 @@ def stream_weights(model: CrnnNetwork, sound: Waveform, joins: str = "state") ->
     ----------
     Tzirakis et al. 2019, section 6.4.
     """
-    samples = sound.resample(RATE).samples
-    stream = CrnnStream(model, RATE, joins, samples_level(samples))
+    if model.record.encoder == MEL:
+        sound = sound.resample(RATE)
+    samples = sound.samples
+    stream = CrnnStream(model, sound.sample_rate, joins, samples_level(samples))
     parts = [stream.push(samples[at : at + BLOCK]) for at in range(0, len(samples), BLOCK)]
     return np.concatenate([*parts, stream.flush(sound.duration_s)])
 
@@ -205,7 +226,9 @@ class CrnnStream:
         "state" carries the LSTM's state on; "pieces" restarts it every 15 frames and smooths the
         joins.
     level : (float, float), optional
-        Mean and peak of the whole sound, where known.
+        Mean and peak of the whole sound, where known: mel bands are relative to it.
+    hearing : Hearing, optional
+        Of the trunk, where its phones are wanted too.
 
     Raises
     ------
@@ -219,12 +242,16 @@ class CrnnStream:
         sample_rate: int,
         joins: str = "state",
         level: tuple[float, float] | None = None,
+        hearing: Hearing | None = None,
     ) -> None:
         if joins not in JOINS:
             raise ModelError.about(f"joins {joins!r}", found="unknown", allowed=", ".join(JOINS))
         self._model, self._rate, self._joins = model, sample_rate, joins
         self._fps = model.record.fps
-        self._columns = _Columns(level)
+        self._columns, self._middle = _Columns(level), None
+        if model.record.encoder != MEL:
+            hearing = hearing or Hearing(builtin_trunk(), sample_rate, phones=False)
+            self._columns, self._middle = HeardColumns(), HeardMiddle(hearing)
         self._resampled = ResamplingStream(sample_rate, RATE)
         self._samples_in = 0  # samples that came in, at their own rate
         self._frame = 0
@@ -242,14 +269,18 @@ class CrnnStream:
     def push(self, samples: Float32Array) -> Float32Array:
         """(frame, component) that are ready now, perhaps none."""
         self._samples_in += len(samples)
-        self._columns.push(self._resampled.push(samples))
+        heard = self._middle or self._resampled
+        self._columns.push(heard.push(samples))
         ready = self._ready()
         return self._joined(self._answer(ready), last=False)
 
     def flush(self, duration_s: float | None = None) -> Float32Array:
         """The frames that were waiting for sound that did not come: silence stands for it."""
         duration_s = self._samples_in / self._rate if duration_s is None else duration_s
-        self._columns.push(self._resampled.push(np.zeros(0, np.float32), last=True))
+        if self._middle:
+            self._columns.push(self._middle.flush())
+        else:
+            self._columns.push(self._resampled.push(np.zeros(0, np.float32), last=True))
         total = max(1, round(duration_s * self._fps))
         self._columns.finish(int(column_starts(1, self._fps, total - 1)[0]) + WINDOW_COLUMNS)
         return self._joined(self._answer(total), last=True)
@@ -357,3 +388,21 @@ class _Columns:
         peaks = np.maximum.accumulate(np.maximum(found, self._peak))
         self._peak = float(peaks[-1])
         return peaks.astype(np.float64)
+
+
+class HeardColumns(_Columns):
+    """Rows of the trunk's middle layer, each for two columns, zeros around the sound."""
+
+    def __init__(self) -> None:
+        super().__init__(None)
+        before, features = OWN_COLUMN[HeardMiddle.name], column_features(HeardMiddle.name)
+        self._values = np.zeros((before, features), np.float32)
+
+    def push(self, samples: Float32Array) -> None:
+        """The next rows."""
+        more = np.repeat(samples, ROW_COLUMNS, axis=0)
+        self._values = np.concatenate([self._values, more])
+
+    def finish(self, end: int) -> None:
+        missing = max(0, end - self.end)
+        self._values = np.pad(self._values, ((0, missing), (0, 0)))

@@ -35,26 +35,26 @@ ones."""
 
 
 class Hearing:
-    """One pass of a trunk over a sound, and its phones as a stream."""
+    """One pass of a trunk over a sound, and its phones as a stream, unless nobody asks for them."""
 
-    def __init__(self, network: TrunkNetwork, sample_rate: int) -> None:
-        self._resampled = ResamplingStream(sample_rate, SPEECH_RATE)
+    def __init__(self, network: TrunkNetwork, sample_rate: int, *, phones: bool = True) -> None:
+        self._resampled, self._kept = ResamplingStream(sample_rate, SPEECH_RATE), phones
         self._trunk = TrunkStream(network)
         self.phones = HeardPhones()
 
-    def push(self, samples: Float32Array) -> Float32Array:
-        """Take a block of sound; the (row, 8) of `HeardMouth` that are certain now."""
+    def push(self, samples: Float32Array) -> TrunkRows:
+        """Take a block of sound; the rows that are certain now."""
         return self._answered(self._trunk.push(self._resampled.push(samples)))
 
-    def flush(self) -> Float32Array:
+    def flush(self) -> TrunkRows:
         """End the sound: the rows that were waiting for more of it."""
-        rest = self._resampled.push(np.zeros(0, np.float32), last=True)
-        before = self._answered(self._trunk.push(rest))
-        return np.concatenate([before, self._answered(self._trunk.flush())])
+        rest = self._trunk.push(self._resampled.push(np.zeros(0, np.float32), last=True))
+        return self._answered(TrunkRows.joined([rest, self._trunk.flush()]))
 
-    def _answered(self, rows: TrunkRows) -> Float32Array:
-        self.phones.take(rows.phones)
-        return np.concatenate([rows.mouth, np.exp(rows.phones[:, SILENCE, None])], axis=1)
+    def _answered(self, rows: TrunkRows) -> TrunkRows:
+        if self._kept:
+            self.phones.take(rows.phones)
+        return rows
 
 
 class HeardPhones:
@@ -88,10 +88,24 @@ class HeardMouth:
         self._hearing = hearing
 
     def push(self, samples: Float32Array) -> Float32Array:
-        return self._hearing.push(samples)
+        return self._told(self._hearing.push(samples))
 
     def flush(self) -> Float32Array:
-        return self._hearing.flush()
+        return self._told(self._hearing.flush())
+
+    @staticmethod
+    def _told(rows: TrunkRows) -> Float32Array:
+        return np.concatenate([rows.mouth, np.exp(rows.phones[:, SILENCE, None])], axis=1)
+
+
+class HeardMiddle(HeardMouth):
+    """(row, 512): the trunk's middle layer, from which the mouth is told."""
+
+    name = "trunk"
+
+    @staticmethod
+    def _told(rows: TrunkRows) -> Float32Array:
+        return rows.hidden
 
 
 class PhonePosteriorStream:

@@ -24,10 +24,12 @@ from elocute.audio.features import Features
 from elocute.audio.resampling_stream import RESAMPLING_S
 from elocute.audio.waveform import Waveform
 from elocute.encoders.registry import resolve_encoder
-from elocute.encoders.trunk import trunk_lookahead_s
+from elocute.encoders.trunk import builtin_trunk, trunk_lookahead_s
 from elocute.errors import ModelError
 from elocute.head.model import HeadModel
 from elocute.models.feature_extraction import (
+    HeardMiddle,
+    Hearing,
     PhonePosteriorStream,
     WholeSoundStream,
 )
@@ -195,7 +197,7 @@ class VocaModel:
 
     @property
     def lookahead_s(self) -> float:
-        if self.record.encoder != "phones":
+        if self.record.encoder not in ("phones", HeardMiddle.name):
             return float("inf")
         return RESAMPLING_S + trunk_lookahead_s() + self.decoder_lookahead_s
 
@@ -215,10 +217,12 @@ class VocaModel:
     ) -> FeatureStreams:
         if self.record.encoder == "phones":
             return FeatureStreams(PhonePosteriorStream(sample_rate))
+        contacts = contacts and self.makes_contacts
+        if self.record.encoder == HeardMiddle.name:
+            hearing = Hearing(builtin_trunk(), sample_rate, phones=contacts)
+            return FeatureStreams(HeardMiddle(hearing), hearing.phones if contacts else None)
         own = WholeSoundStream(sample_rate, resolve_encoder(self.record.encoder))
-        return FeatureStreams(
-            own, PhonePosteriorStream(sample_rate) if contacts and self.makes_contacts else None
-        )
+        return FeatureStreams(own, PhonePosteriorStream(sample_rate) if contacts else None)
 
     def sound_level(self, sound: Waveform) -> SoundLevel | None:
         """None: its features bring their own normalisation."""

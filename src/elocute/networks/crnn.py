@@ -29,16 +29,20 @@ State = tuple[Tensor, Tensor]
 
 @dataclass(frozen=True)
 class CrnnConfig:
-    """outputs: speech blendshapes, 28 in the paper."""
+    """outputs: speech blendshapes, 28 in the paper. features: of a column, where an encoder gives
+    them; 0 for the paper's mel bands."""
 
     outputs: int = 28
+    features: int = 0
 
 
 class Crnn(nn.Module):
     """(batch, frame, 41, 128, 3) windows to (batch, frame, output), window by window.
 
-    `SharedCrnn` gives the same numbers from columns. `shift` and `scale` standardise the three
-    channels and `audible` mutes bands; training sets them from its data and settings.
+    An encoder's features (batch, frame, 41, feature) go through one layer in place of the
+    convolutions over frequency. `SharedCrnn` gives the same numbers from columns. `shift` and
+    `scale` standardise the three channels of mel bands and `audible` mutes bands; training sets
+    them from its data and settings.
     """
 
     shift: Tensor
@@ -52,8 +56,12 @@ class Crnn(nn.Module):
         self.register_buffer("scale", torch.ones(CHANNELS))
         self.register_buffer("audible", torch.ones(BANDS, 1))
         self.frequency = nn.ModuleList(
-            nn.Conv2d(FILTERS if depth else CHANNELS, FILTERS, (1, 3), stride=(1, 2))
-            for depth in range(FREQUENCY_LAYERS)
+            [nn.Linear(self.config.features, FILTERS)]
+            if self.config.features
+            else (
+                nn.Conv2d(FILTERS if depth else CHANNELS, FILTERS, (1, 3), stride=(1, 2))
+                for depth in range(FREQUENCY_LAYERS)
+            )
         )
         self.time = nn.ModuleList(
             nn.Conv1d(FILTERS, FILTERS, 3, stride=2, padding=padding) for padding in TIME_PADDING
@@ -79,12 +87,20 @@ class Crnn(nn.Module):
 
     def columns(self, values: Tensor) -> Tensor:
         """(batch, column, 128, 3) to (batch, column, 64): every column on its own."""
+        if self.config.features:
+            return functional.relu(self.frequency[0](values))
         # One product and one sum over whole rows: the fastest form.
         gain = self.audible / self.scale
         x = (values * gain - self.shift * gain).permute(0, 3, 1, 2)
         for layer in self.frequency:
             x = functional.relu(layer(x))
         return x.squeeze(3).transpose(1, 2)
+
+    def seen(self, static: Tensor) -> Tensor:
+        """(batch, column + 8, 128) to (batch, column, 128, 3), or the later features."""
+        if self.config.features:
+            return static[:, 2 * MARGIN :]
+        return with_slopes(static)
 
     def columns_in_blocks(self, values: Tensor) -> Tensor:
         """The same block by block: on a processor training is more than twice as fast."""
@@ -114,8 +130,8 @@ class Crnn(nn.Module):
 class SharedCrnn(nn.Module):
     """The same numbers with every column, and the first convolution over time, computed once.
 
-    (batch, column + 8, 128) log-mel bands and (batch, frame) first columns of windows to
-    (batch, frame, output) and the state after the last frame.
+    (batch, column + 8, 128) log-mel bands, or features, and (batch, frame) first columns of
+    windows to (batch, frame, output) and the state after the last frame.
     """
 
     def __init__(self, crnn: Crnn) -> None:
@@ -129,7 +145,7 @@ class SharedCrnn(nn.Module):
 
     def embed(self, static: Tensor, starts: Tensor) -> Tensor:
         """(batch, frame, 64): all convolutions."""
-        return self.embed_columns(with_slopes(static), starts)
+        return self.embed_columns(self.crnn.seen(static), starts)
 
     def embed_columns(self, values: Tensor, starts: Tensor) -> Tensor:
         """The same of (batch, column, 128, 3) with the derivatives made."""

@@ -20,12 +20,16 @@ HIDDEN, COMPONENTS = 128, 50
 
 @dataclass(frozen=True)
 class VocaConfig:
-    """features: D; styles: S; outputs: 3 · vertices, or the size of a reduced decoder."""
+    """features: D; styles: S; outputs: 3 · vertices, or the size of a reduced decoder.
+
+    heard: features of an encoder that are projected onto D first; 0 where they are taken as is.
+    """
 
     features: int
     styles: int
     outputs: int
     components: int = COMPONENTS
+    heard: int = 0
 
 
 class ScalarBatchNorm(nn.BatchNorm2d):
@@ -72,12 +76,17 @@ class Voca(nn.Module):
     """(batch, 16, feature) and (batch, style) to (batch, output).
 
     Batch norm is one scalar mean and variance for all features, and the styles pass it by, as in
-    the released code. `decoder` may be set from principal components by `start_decoder`.
+    the released code. `decoder` may be set from principal components by `start_decoder`. Windows
+    are of what `projected` gives.
     """
+
+    projection: Tensor
 
     def __init__(self, config: VocaConfig) -> None:
         super().__init__()
         self.config = config
+        if config.heard:
+            self.register_buffer("projection", torch.zeros(config.heard, config.features))
         self.norm = ScalarBatchNorm()
         widths = (config.features + config.styles, *FILTERS)
         self.convolutions = nn.ModuleList(
@@ -117,6 +126,10 @@ class Voca(nn.Module):
         with torch.no_grad():
             self.decoder.weight.copy_(components.T)
 
+    def projected(self, heard: Tensor) -> Tensor:
+        """(frame, feature) of (frame, feature of the encoder)."""
+        return heard @ self.projection if self.config.heard else heard
+
     def encode(self, windows: Tensor, styles: Tensor) -> Tensor:
         """(batch, component): everything before the decoder."""
         x = self.norm(windows.unsqueeze(1)).squeeze(1).transpose(1, 2)
@@ -153,7 +166,7 @@ class SharedVoca(nn.Module):
     def embed(self, features: Tensor, styles: Tensor) -> Tensor:
         """(frame, component): everything before the decoder."""
         voca, frames = self.voca, features.shape[0]
-        padded = functional.pad(features, (0, 0, WINDOW // 2, WINDOW // 2 - 1))
+        padded = functional.pad(voca.projected(features), (0, 0, WINDOW // 2, WINDOW // 2 - 1))
         x = voca.norm(padded[None, None]).squeeze(1).transpose(1, 2)
         x = torch.cat([x, styles.unsqueeze(2).expand(-1, -1, x.shape[2])], dim=1)
         # inner: values untouched by padding; edge: the last place of a window, which sees it.

@@ -256,7 +256,7 @@ FOUND: dict[str, Made] = {
         partial(
             _text,
             "rows.json",
-            '{"fps": 30, "parameters": 3, "missing": [], '
+            '{"fps": 30, "encoder": "mel-deltas", "parameters": 3, "missing": [], '
             '"rows": [["a", "b", "c", "train", "0", 1, 0, 1, 0]]}',
         ),
     ),

@@ -10,7 +10,8 @@ import torch
 from torch import Tensor
 
 from elocute.audio.mel_with_deltas import CONTEXT, HOP, MARGIN, RATE
-from elocute.networks.crnn import SharedCrnn, with_slopes
+from elocute.models.crnn_network import MEL, OWN_COLUMN
+from elocute.networks.crnn import SharedCrnn
 from elocute.training.crnn.augment import degrade, interpolate_rows, random_tempo
 from elocute.training.crnn.feature_cache import CachedClip, FeatureCache
 from elocute.training.crnn.settings import CrnnTrainConfig
@@ -25,7 +26,7 @@ class ClipBatch:
     Parameters
     ----------
     static : (column, 128)
-        Log-mel columns of all clips, one after another.
+        Log-mel columns, or an encoder's, of all clips, one after another.
     starts : (window,)
         First columns of all windows in `static`.
     places : (clip, frame)
@@ -48,7 +49,7 @@ class ClipBatch:
 
 def predict_batch(network: SharedCrnn, batch: ClipBatch) -> Tensor:
     """(clip, frame, parameter); the LSTM begins anew with every clip."""
-    columns = network.crnn.columns_in_blocks(with_slopes(batch.static[None]))
+    columns = network.crnn.columns_in_blocks(network.crnn.seen(batch.static[None]))
     embedded = network.embed_windows(columns, batch.starts[None])[0]
     return network.crnn.head(embedded[batch.places])[0]
 
@@ -104,13 +105,15 @@ def _degraded(
     rate = random_tempo(rng)
     count = max(1, int(frames / rate))
     columns = cache.columns(clip).astype(np.float32)
-    # Window k begins at k · 100 / fps; its middle is what is played faster.
-    half = CONTEXT + MARGIN
-    middle = (clip.first + first) * (RATE / HOP) / cache.fps + half
+    # Window k begins at k · 100 / fps; its frame's own time is what is played faster.
+    own = OWN_COLUMN[cache.encoder]
+    middle = (clip.first + first) * (RATE / HOP) / cache.fps + own
     step = RATE / HOP / cache.fps
     starts = np.floor(np.arange(count) * step + 0.5).astype(np.int64)
-    places = middle + (np.arange(starts[-1] + SPAN) - half) * rate
-    static = degrade(interpolate_rows(columns, places), other, rng)
+    places = middle + (np.arange(starts[-1] + SPAN) - own) * rate
+    static = interpolate_rows(columns, places)
+    if cache.encoder == MEL:  # others learned to hear through rooms and noise themselves
+        static = degrade(static, other, rng)
     targets = interpolate_rows(np.asarray(cache.parameters(clip)), first + np.arange(count) * rate)
     return static, starts, targets
 

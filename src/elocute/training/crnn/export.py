@@ -50,10 +50,11 @@ def export_crnn(trained: TrainedCrnn, basis: Motion, path: str | Path, note: str
         Where the file cannot be written.
     """
     state = torch.zeros(1, 1, HIDDEN)
+    features = trained.network.config.features or BANDS
     export_network(
         StreamingCrnn(SharedCrnn(trained.network)),
         {
-            "columns": torch.zeros(2 * (CONTEXT + MARGIN) + 1 + 20, BANDS),
+            "columns": torch.zeros(2 * (CONTEXT + MARGIN) + 1 + 20, features),
             "starts": torch.tensor([0, 3, 7]),
             "hidden": state,
             "cell": state,
@@ -70,6 +71,7 @@ def _record(trained: TrainedCrnn, basis: Motion, note: str) -> dict[str, Any]:
     return {
         "kind": "crnn",
         "version": 1,
+        "encoder": trained.config.encoder,
         "fps": trained.config.fps,
         "outputs": len(basis.names),
         "topology": basis.head.name,

@@ -1,4 +1,4 @@
-"""Mel columns and parameters of all clips of shards, kept on disk.
+"""Columns of features and parameters of all clips of shards, kept on disk.
 
 Sounds are decoded once; a later training on the same shards finds the features in its folder.
 """
@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
 from elocute.audio.mel_with_deltas import (
-    BANDS,
     CONTEXT,
     HOP,
     MARGIN,
@@ -29,16 +28,18 @@ from elocute.audio.mel_with_deltas import (
 from elocute.audio.waveform import Waveform
 from elocute.corpus.shards import Shards, WordClip
 from elocute.corpus.word_clip import COMPONENTS_MAX
+from elocute.encoders.registry import resolve_encoder
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_file import ArrayFile
 from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import write_folder_atomically
 from elocute.files.json_records import finite_number, read_record
+from elocute.models.crnn_network import MEL, WINDOW_COLUMNS, HeardColumns, column_features
 from elocute.numerics.resampling import frame_places, read_rows
 from elocute.one_line_repr import one_line
 
 Progress = Callable[[float], None]
-VERSION = 3
+VERSION = 4
 STATIC, TARGETS = "static.npy", "targets.npy"
 ROWS_MAX_BYTES = 400_000_000
 AROUND_S = (CONTEXT + MARGIN + 1) * HOP / RATE  # what windows reach beyond a clip
@@ -71,14 +72,15 @@ class CachedClip:
 
 @dataclass(frozen=True, eq=False)
 class FeatureCache:
-    """static (column, 128) float16 log-mel bands and targets (frame, parameter) float32, both left
-    on disk; clips say what is where, missing which clips were left out and why."""
+    """static (column, feature) float16 of an encoder and targets (frame, parameter) float32, both
+    left on disk; clips say what is where, missing which clips were left out and why."""
 
     static: ArrayFile
     targets: ArrayFile
     clips: tuple[CachedClip, ...]
     fps: float
     missing: tuple[tuple[str, str], ...]
+    encoder: str = MEL
 
     __repr__ = one_line
 
@@ -102,7 +104,11 @@ class FeatureCache:
 
 
 def cache_features(
-    shards: Shards, folder: Path, fps: float = 30.0, progress: Progress | None = None
+    shards: Shards,
+    folder: Path,
+    fps: float = 30.0,
+    progress: Progress | None = None,
+    encoder: str = MEL,
 ) -> FeatureCache:
     """Features of all clips, computed once and kept in `folder`.
 
@@ -116,6 +122,8 @@ def cache_features(
         Frames per second of the model.
     progress
         Called with the share of the clips that is done.
+    encoder
+        What is kept of the sound: `mel-deltas` or `trunk`.
 
     Returns
     -------
@@ -129,27 +137,29 @@ def cache_features(
     """
     key = hashlib.sha256(
         json.dumps(
-            [VERSION, fps, shards.components, [entry.sha256 for entry in shards.entries]]
+            [VERSION, encoder, fps, shards.components, [entry.sha256 for entry in shards.entries]]
         ).encode()
     ).hexdigest()[:16]
     place = folder / f"heard-{key}"
     if not place.is_dir():
         with write_folder_atomically(place) as draft:
-            _compute(shards, draft, fps, progress)
+            _compute(shards, draft, fps, progress, encoder)
     return open_feature_cache(place)
 
 
-def _compute(shards: Shards, folder: Path, fps: float, progress: Progress | None) -> None:
+def _compute(
+    shards: Shards, folder: Path, fps: float, progress: Progress | None, encoder: str
+) -> None:
     rows: list[CachedClip] = []
     missing: list[tuple[str, str]] = []
     column = frame = 0
     with (
-        RowWriter(folder / STATIC, (BANDS,), "<f2") as static,
+        RowWriter(folder / STATIC, (column_features(encoder),), "<f2") as static,
         RowWriter(folder / TARGETS, (shards.components,)) as out,
     ):
         for done, clip in enumerate(shards.clips(), 1):
             try:
-                values, first, targets = clip_features(shards, clip, fps)
+                values, first, targets = clip_features(shards, clip, fps, encoder=encoder)
             except (AudioError, CorpusError) as error:
                 missing.append((clip.clip, str(error)))
                 continue
@@ -177,6 +187,7 @@ def _compute(shards: Shards, folder: Path, fps: float, progress: Progress | None
         raise CorpusError.about(shards.sound_root, found=f"no sound that can be read; {why}")
     record = {
         "fps": fps,
+        "encoder": encoder,
         "parameters": shards.components,
         "missing": missing,
         "rows": [list(asdict(row).values()) for row in rows],
@@ -198,16 +209,20 @@ def open_feature_cache(folder: Path) -> FeatureCache:
         outputs, fps = record["parameters"], finite_number(record["fps"])
         if type(outputs) is not int or not 0 < outputs <= COMPONENTS_MAX or not fps or fps < 0:
             raise ValueError("no number of parameters or frames per second")
-        static = ArrayFile(folder / STATIC, allowed="mel bands", error=CorpusError)
+        encoder = str(record["encoder"])
+        static = ArrayFile(folder / STATIC, allowed="columns of features", error=CorpusError)
         targets = ArrayFile(folder / TARGETS, allowed="parameters", error=CorpusError)
-        for array, width, kind in ((static, BANDS, np.float16), (targets, outputs, np.float32)):
+        for array, width, kind in (
+            (static, column_features(encoder), np.float16),
+            (targets, outputs, np.float32),
+        ):
             if array.shape[1:] != (width,) or array.dtype != kind:
                 raise ValueError(f"{array.path.name} of shape {array.shape}")
         clips = tuple(_stored_clip(each, len(static), len(targets)) for each in record["rows"])
         if not clips:
             raise ValueError("no clip")
         missing = tuple((str(clip), str(why)) for clip, why in record["missing"])
-        return FeatureCache(static, targets, clips, fps, missing)
+        return FeatureCache(static, targets, clips, fps, missing, encoder)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise CorpusError.about(
             folder, found=f"features that cannot be read ({str(error)[:120]})", remedy=remedy
@@ -234,6 +249,7 @@ def clip_features(
     clip: WordClip,
     fps: float,
     change: Callable[[Waveform], Waveform] | None = None,
+    encoder: str = MEL,
 ) -> tuple[Float32Array, int, Float32Array]:
     """Features and targets of a clip.
 
@@ -247,11 +263,13 @@ def clip_features(
         Frames per second of the targets.
     change : callable, optional
         What is done to the sound first: adding noise, for example.
+    encoder : str
+        As for `cache_features`.
 
     Returns
     -------
-    columns : (column, 128) float32
-        Log-mel columns of the clip and of the sound around it.
+    columns : (column, feature) float32
+        Columns of the clip and of the sound around it.
     first : int
         The frame of these columns at which the clip starts.
     parameters : (frame, parameter) float32
@@ -265,16 +283,30 @@ def clip_features(
     targets = at_rate(clip.parameters, clip.fps, fps)
     first = math.ceil(AROUND_S * fps)
     sound = shards.sound(clip, first / fps)
-    mel = mel_columns(change(sound) if change else sound, fps)
-    frames = min(len(targets), len(mel.starts) - first)
+    sound = change(sound) if change else sound
+    static, starts = columns_of(sound, fps, encoder)
+    frames = min(len(targets), len(starts) - first)
     if frames < 1:
         raise CorpusError.about(f"clip {clip.clip}", found="no sound for its frames")
-    end = int(mel.starts[first + frames - 1]) + 2 * (CONTEXT + MARGIN) + 1
+    end = int(starts[first + frames - 1]) + 2 * (CONTEXT + MARGIN) + 1
     # Counted anew from a frame whose column is whole, so that windows fall as they did.
     period = whole_period(fps)
     lead = first // period * period
-    begin = int(mel.starts[lead])
-    return mel.static[begin:end], first - lead, targets[:frames]
+    begin = int(starts[lead])
+    return static[begin:end], first - lead, targets[:frames]
+
+
+def columns_of(sound: Waveform, fps: float, encoder: str) -> tuple[Float32Array, NDArray[np.int64]]:
+    """(column, feature) of a sound, and (frame,) where the windows of frames begin in them."""
+    if encoder == MEL:
+        mel = mel_columns(sound, fps)
+        return mel.static, mel.starts
+    starts = column_starts(max(1, round(sound.duration_s * fps)), fps)
+    end = int(starts[-1]) + WINDOW_COLUMNS
+    heard = HeardColumns()
+    heard.push(resolve_encoder(encoder)(sound).values)
+    heard.finish(end)
+    return heard.of(0, end), starts
 
 
 def whole_period(fps: float) -> int:

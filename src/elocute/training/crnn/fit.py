@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from elocute.audio.mel_with_deltas import BANDS, RATE
+from elocute.models.crnn_network import MEL
 from elocute.networks.crnn import Crnn, CrnnConfig, SharedCrnn
 from elocute.numerics.mel import hz_to_mel
 from elocute.training.checkpoint import (
@@ -143,9 +144,12 @@ def rate_of(config: CrnnTrainConfig, epoch: int) -> float:
 
 
 def new_network(data: CrnnTrainingData, config: CrnnTrainConfig) -> Crnn:
-    """A network drawn from the seed, its input standardised by the training clips."""
+    """A network drawn from the seed, mel bands standardised by the training clips."""
     torch.manual_seed(config.seed)
-    network = Crnn(CrnnConfig(data.cache.targets.shape[1]))
+    outputs, features = data.cache.targets.shape[1], data.cache.static.shape[1]
+    if data.cache.encoder != MEL:
+        return Crnn(CrnnConfig(outputs, features))
+    network = Crnn(CrnnConfig(outputs))
     audible = audible_bands(config.highest_hz)
     mean, deviation = channel_statistics(data.cache, data.train, audible)
     network.shift.copy_(torch.from_numpy(mean))

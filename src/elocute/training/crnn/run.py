@@ -67,7 +67,7 @@ def train_crnn(
             report(0.0, f"encoding the shards: {share:.0%}")
 
     basis = shards.basis
-    cache = cache_features(shards, folder, config.fps, encoding)
+    cache = cache_features(shards, folder, config.fps, encoding, config.encoder)
     data = select_training_data(
         cache,
         basis.head.expression_basis,

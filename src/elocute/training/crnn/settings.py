@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from elocute.models.crnn_network import ENCODERS, MEL
 from elocute.settings import SEED_MAX, described, setting
 from elocute.training.settings import TrainingSettings
 
@@ -89,5 +90,8 @@ class CrnnTrainConfig(TrainingSettings):
     )
     fps: float = setting(
         30.0, unit="frames/s", low=1.0, high=100.0, help="Frame rate of the model."
+    )
+    encoder: str = setting(
+        MEL, choices=ENCODERS, help="What it hears: the paper's mel bands, or the trunk."
     )
     seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of all random numbers.")

@@ -38,12 +38,13 @@ def export_voca(trained: TrainedVoca, corpus: Corpus, path: str | Path, note: st
         Where the file cannot be written.
     """
     network, basis = _runnable(trained)
-    features = trained.network.config.features
+    shape = trained.network.config
+    features = shape.heard or shape.features
     export_network(
         network,
         {
             "features": torch.zeros(40, features),
-            "style": torch.zeros(1, trained.network.config.styles),
+            "style": torch.zeros(1, shape.styles),
         },
         ["weights"],
         {"features": {0: "frame"}, "weights": {0: "frame"}},

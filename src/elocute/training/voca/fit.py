@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,8 @@ LOG_FIELDS: tuple[str, ...] = (
     "seconds",
 )
 VALIDATION_BATCH = 4096
+FEATURES_MOST = 64  # of more, the principal components are heard
+PROJECTION_ROWS = 50_000  # of which these are found
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,12 +99,13 @@ def fit(
     record, log = checkpoint_record(data, config), list[Row]()
     if checkpoint := checkpoint_to_resume(folder, resume):
         log, _ = restore_training(checkpoint, network, optimiser, record)
+    seen = _projected(network, data)
     network, optimiser = fabric.setup(network, optimiser)
-    train = data.train.to(fabric.device)
+    train = seen.train.to(fabric.device)
 
     def epoch(number: int) -> Row:
         loss = _epoch(fabric, network, optimiser, train, config, number, data.vertices)
-        return {"train_mm2": loss, **validate(network, data)}
+        return {"train_mm2": loss, **validate(network, seen)}
 
     first = fabric.is_global_zero
     run_epochs(
@@ -144,15 +147,32 @@ def _fabric(device: str) -> Any:
 
 
 def new_network(data: VocaTrainingData, config: VocaTrainConfig) -> Voca:
-    """A network whose decoder starts from the principal components of the training motion."""
-    targets = data.train.targets
-    count = min(config.components, targets.shape[1])
-    shape = VocaConfig(data.train.features.shape[1], len(data.styles), targets.shape[1], count)
+    """A network whose decoder starts from the principal components of the training motion.
+
+    Features of which there are many are projected onto theirs, each with a deviation of one.
+    """
+    targets, heard = data.train.targets, data.train.features
+    outputs, many = targets.shape[1], heard.shape[1]
+    features, count = min(many, FEATURES_MOST), min(config.components, outputs)
+    shape = VocaConfig(features, len(data.styles), outputs, count, many if many > features else 0)
     network = Voca(shape)
+    if shape.heard:
+        some = heard[:: max(1, len(heard) // PROJECTION_ROWS)]
+        components = principal_components(some, features).T
+        network.projection.copy_(components / components.norm(dim=0) ** 2)
     if config.initialisers == "released":
         network.start_as_released()
     network.start_decoder(principal_components(targets, count))
     return network
+
+
+def _projected(network: Voca, data: VocaTrainingData) -> VocaTrainingData:
+    """The same data with the features that windows have."""
+    train, validation = (
+        part and replace(part, features=network.projected(part.features))
+        for part in (data.train, data.validation)
+    )
+    return replace(data, train=train, validation=validation)
 
 
 def _epoch(

@@ -66,5 +66,5 @@ class VocaTrainConfig(TrainingSettings):
     )
     encoder: str = setting(
         "phones",
-        help="Speech encoder: phones, fbank, deepspeech:FILE.pb, wav2vec2:FOLDER and the like.",
+        help="Speech encoder: phones, trunk, fbank, deepspeech:FILE.pb, wav2vec2:FOLDER and so on.",
     )

@@ -65,13 +65,20 @@ def shards(folder: Path) -> None:
 
 def features(folder: Path) -> None:
     """What `train crnn` keeps of the shards it has heard."""
-    from elocute.training.crnn.feature_cache import BANDS, STATIC, TARGETS
+    from elocute.models.crnn_network import MEL, column_features
+    from elocute.training.crnn.feature_cache import STATIC, TARGETS
 
     inner = place(folder, "one")
-    np.save(inner / STATIC, np.zeros((20, BANDS), "<f2"))
+    np.save(inner / STATIC, np.zeros((20, column_features(MEL)), "<f2"))
     np.save(inner / TARGETS, np.zeros((5, 3), "<f4"))
     rows = [["c0", "hello", "anna", "anna", "train", 0, 20, 0, 5, 0]]
-    record = {"fps": 30.0, "parameters": 3, "missing": [["c1", "no sound"]], "rows": rows}
+    record = {
+        "fps": 30.0,
+        "encoder": MEL,
+        "parameters": 3,
+        "missing": [["c1", "no sound"]],
+        "rows": rows,
+    }
     (inner / "rows.json").write_text(json.dumps(record))
 
 
