@@ -154,8 +154,7 @@ def test_a_long_silence_rests_and_the_end_may_come_at_any_time():
     live = elocute.stream()
     frames = [*live.push(np.zeros(48000 * 4, np.float32)), *live.flush()]
     assert len(frames) == 240
-    assert max(frame["jawOpen"] for frame in frames) < 0.03
-    assert max(abs(frame["jawOpen"] - frame["mouthClose"]) for frame in frames) < 0.01
+    assert max(frame["jawOpen"] for frame in frames) == 0
     for count in (2, 100, 5000):
         live = elocute.stream()
         frames = [*live.push(np.zeros(count, np.float32)), *live.flush()]

@@ -45,7 +45,6 @@ TOLERANCE_MM = {
     "lower_lip_mm": 0.6,
 }
 BITTEN_MM = 1.2  # gap of the lips in f and v
-RESTS = 0.5  # how far jaw, corners and all but the opening rest where lips do: people's go on
 BITTEN_JAW_MM, BITTEN_NARROWER_MM = 3.2, 2.5  # that the chin may be down then, and lips narrower
 ROUNDED = ("mouthPucker", "mouthFunnel")
 
@@ -64,8 +63,9 @@ class AskedMouth:
         How near lips may come without a contact.
     stiff : (row,) float32
         Share of its freedom that the jaw loses.
-    rest, breath, sealed, at_teeth : (row,)
-        0 to 1: at rest, open to breathe in, lips shut, lower lip at the teeth.
+    rest, settled, breath, sealed, at_teeth : (row,)
+        0 to 1: lips at rest, all else at rest, open to breathe in, lips shut, lower lip at the
+        teeth.
     """
 
     wanted_mm: Float64Array
@@ -73,6 +73,7 @@ class AskedMouth:
     parted_mm: Float64Array
     stiff: Float32Array
     rest: Float64Array
+    settled: Float64Array
     breath: Float64Array
     sealed: Float32Array
     at_teeth: Float32Array
@@ -154,7 +155,7 @@ def _wanted(
     least = (asked.parted_mm - response.rest[OPENING]) * min(1.0, strength)
     above = (gains[OPENING] * strength * moved[:, OPENING] - least) / EASE_MM
     lips_mm = least + EASE_MM * np.logaddexp(0.0, above)
-    kept = (1 - RESTS * rest) * strength
+    kept = (1 - asked.settled) * strength
     wanted: Float64Array = response.rest + kept[:, None] * gains * moved
     resting_mm = strength * style.parted_mm
     if resting_mm:

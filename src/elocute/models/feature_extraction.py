@@ -80,7 +80,10 @@ class HeardPhones:
 
 
 class HeardMouth:
-    """(row, 8): the mouth's fields as a `Hearing` tells them, and how surely nobody speaks."""
+    """(row, 8): the mouth's fields as a `Hearing` tells them, and how surely nobody speaks.
+
+    It is 1 where there is nothing to hear.
+    """
 
     name, rate = "mouth", FEATURE_RATE
 
@@ -95,7 +98,8 @@ class HeardMouth:
 
     @staticmethod
     def _told(rows: TrunkRows) -> Float32Array:
-        return np.concatenate([rows.mouth, np.exp(rows.phones[:, SILENCE, None])], axis=1)
+        silence = np.where(rows.hidden.any(axis=1), np.exp(rows.phones[:, SILENCE]), np.float32(1))
+        return np.column_stack([rows.mouth, silence]).astype(np.float32)
 
 
 class HeardMiddle(HeardMouth):

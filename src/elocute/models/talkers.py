@@ -76,6 +76,7 @@ MAYBE = 0.15  # evidence of p, b or m with which lips may come as near as that
 HISSED = ("S", "Z", "SH", "ZH", "CH", "JH")
 BEYOND = 0.4  # of its slope, with which the map goes on above its last knot: lips stretch no more
 STIFF_JAW = 0.8  # of its freedom that a jaw loses in them: teeth meet, and lips do the rest
+RESTS, STILL_ROWS = 0.5, 2.0  # how far jaw and corners rest where lips do; blur of stillness
 SLOWER_ROWS, SLOWEST_ROWS = 1.6, 2.2  # blur of movements twice as slow as plain ones, and the most
 SHARPER = 0.9  # share of the difference from a blur that is added where they are twice as fast
 ROUNDED_SHARE = 0.15  # of the rules' width where they round the lips fully
@@ -193,6 +194,7 @@ class TalkersModel(StyledAsRules):
             parted_mm=_parted_mm(posteriors)[near] if contacts else np.full(len(rest), NEARLY_MM),
             stiff=STIFF_JAW * _heard(posteriors, HISSED)[near],
             rest=rest,
+            settled=rest * self._settling(speech, begin, len(rules)),
             breath=breath,
             sealed=contact_track(met[SEALED], row_times),
             at_teeth=contact_track(met[AT_TEETH], row_times),
@@ -215,8 +217,7 @@ class TalkersModel(StyledAsRules):
                 found=f"features of {sound.encoder} alone",
                 allowed="the mouth and phones, as its feature streams give them",
             )
-        rows = np.minimum(np.arange(begin, begin + len(rules)) - sound.first, len(sound.values) - 1)
-        heard = sound.values[rows]
+        heard = _heard_rows(speech, begin, len(rules))
         told = heard[:, : len(TRACKED_MEASURES)]
         if not speech.known:
             return told
@@ -225,6 +226,11 @@ class TalkersModel(StyledAsRules):
         measured = builtin_response(curve_names()).measures(rules)
         ruled = (measured - mouth_sizes().middle_mm) / mouth_sizes().spread_mm
         return (told + unheard * (ruled - told)).astype(np.float32)
+
+    def _settling(self, speech: SpeechFeatures, begin: int, count: int) -> Float64Array:
+        """(row,) how far all but the lips rest where these do: people's go on, unless it is still."""
+        still = _heard_rows(speech, begin, count)[:, len(MOUTH_FIELDS)] >= 1
+        return RESTS + (1 - RESTS) * _blurred(still.astype(np.float64), STILL_ROWS)
 
     def _wanted_mm(self, told: Float32Array, style: Style) -> Float64Array:
         """(row, measure) of a mouth that speaks in a style."""
@@ -239,6 +245,13 @@ class TalkersModel(StyledAsRules):
         opening += BEYOND * high * np.maximum(z[:, OPENING] - knots[-1], 0)
         wanted[:, OPENING] = opening
         return wanted
+
+
+def _heard_rows(speech: SpeechFeatures, begin: int, count: int) -> Float32Array:
+    """Rows (count, 8) of `HeardMouth`, the last one over and over beyond its end."""
+    sound = speech.features
+    rows = np.minimum(np.arange(begin, begin + count) - sound.first, len(sound.values) - 1)
+    return sound.values[rows]
 
 
 def rule_curves(log_posteriors: FloatArray, first_row: int, begin: int, count: int) -> Float32Array:
