@@ -228,7 +228,7 @@ class TalkersModel(StyledAsRules):
         return (told + unheard * (ruled - told)).astype(np.float32)
 
     def _settling(self, speech: SpeechFeatures, begin: int, count: int) -> Float64Array:
-        """(row,) how far all but the lips rest where these do: people's go on, unless it is still."""
+        """(row,) how far all but the lips rest where they do: wholly where nothing is heard."""
         still = _heard_rows(speech, begin, count)[:, len(MOUTH_FIELDS)] >= 1
         return RESTS + (1 - RESTS) * _blurred(still.astype(np.float64), STILL_ROWS)
 
