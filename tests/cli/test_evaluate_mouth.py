@@ -123,10 +123,10 @@ def test_identities_are_told_by_their_spread(cli: Cli, words: Path) -> None:
 
 
 def test_bare_networks_leave_lips_open_that_contacts_close(cli: Cli, speech_wav: Path) -> None:
-    way = "--model", "voca", "--contacts", "both"
+    way = "--model", "crnn", "--contacts", "both"
     faces = "evaluate", "identities", speech_wav, "--count", 1, *way
     bare, finished = json.loads(cli(*faces, "--json").stdout)["takes"]
-    assert bare["take"] == "voca, contacts off" and finished["take"] == "voca, contacts auto"
+    assert bare["take"] == "crnn, contacts off" and finished["take"] == "crnn, contacts auto"
     assert bare["spread"]["widest_gap_mm"]["mean"] > 0.5
     assert finished["spread"]["widest_gap_mm"]["mean"] < 0.1
 
