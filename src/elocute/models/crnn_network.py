@@ -37,6 +37,7 @@ from elocute.audio.waveform import Waveform
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.encoders.trunk import builtin_trunk
 from elocute.errors import ModelError
+from elocute.models.crnn_encoders import ENCODERS, MEL
 from elocute.models.feature_extraction import HeardMiddle, Hearing
 from elocute.models.model_file import check_file, open_session, run_session, stored_record
 
@@ -46,8 +47,6 @@ WINDOW_COLUMNS = 2 * (CONTEXT + MARGIN) + 1  # columns that one video frame need
 HIDDEN = 128
 OUTPUTS_MAX = 10_000
 BLOCK = 10 * RATE  # samples in one run: memory stays bounded
-MEL = "mel-deltas"
-ENCODERS = (MEL, HeardMiddle.name)
 OWN_COLUMN = {MEL: CONTEXT + MARGIN, HeardMiddle.name: WINDOW_COLUMNS - 7}
 """Where in its window a frame's own time is: rows of the trunk have heard what comes after them."""
 ROW_COLUMNS = round(RATE / HOP / FEATURE_RATE)  # for which a row of the trunk stands

@@ -10,7 +10,8 @@ import torch
 from torch import Tensor
 
 from elocute.audio.mel_with_deltas import CONTEXT, HOP, MARGIN, RATE
-from elocute.models.crnn_network import MEL, OWN_COLUMN
+from elocute.models.crnn_encoders import MEL
+from elocute.models.crnn_network import OWN_COLUMN
 from elocute.networks.crnn import SharedCrnn
 from elocute.training.crnn.augment import degrade, interpolate_rows, random_tempo
 from elocute.training.crnn.feature_cache import CachedClip, FeatureCache

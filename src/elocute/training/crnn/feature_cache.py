@@ -34,7 +34,8 @@ from elocute.files.array_file import ArrayFile
 from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import write_folder_atomically
 from elocute.files.json_records import finite_number, read_record
-from elocute.models.crnn_network import MEL, WINDOW_COLUMNS, HeardColumns, column_features
+from elocute.models.crnn_encoders import MEL
+from elocute.models.crnn_network import WINDOW_COLUMNS, HeardColumns, column_features
 from elocute.numerics.resampling import frame_places, read_rows
 from elocute.one_line_repr import one_line
 

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from elocute.audio.mel_with_deltas import BANDS, RATE
-from elocute.models.crnn_network import MEL
+from elocute.models.crnn_encoders import MEL
 from elocute.networks.crnn import Crnn, CrnnConfig, SharedCrnn
 from elocute.numerics.mel import hz_to_mel
 from elocute.training.checkpoint import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from elocute.models.crnn_network import ENCODERS, MEL
+from elocute.models.crnn_encoders import ENCODERS, MEL
 from elocute.settings import SEED_MAX, described, setting
 from elocute.training.settings import TrainingSettings
 
