@@ -28,12 +28,12 @@ FREEDOM = {
     "mouthLowerDownRight": 0.25,
     "mouthUpperUpLeft": 0.22,
     "mouthUpperUpRight": 0.22,
-    "mouthPucker": 0.16,
-    "mouthFunnel": 0.16,
+    "mouthPucker": 0.08,
+    "mouthFunnel": 0.08,
     "mouthStretchLeft": 0.35,
     "mouthStretchRight": 0.35,
-    "mouthSmileLeft": 0.14,
-    "mouthSmileRight": 0.14,
+    "mouthSmileLeft": 0.04,
+    "mouthSmileRight": 0.04,
 }
 BREATH_MM = 4.2  # that lips part before a phrase
 TOLERANCE_MM = {
@@ -44,6 +44,7 @@ TOLERANCE_MM = {
     "upper_lip_mm": 0.3,
     "lower_lip_mm": 0.6,
 }
+COVERED_MM = 0.7  # that the upper lip stays lower than people's: this head's teeth are longer
 BITTEN_MM = 1.2  # gap of the lips in f and v
 BITTEN_JAW_MM, BITTEN_NARROWER_MM = 3.2, 2.5  # that the chin may be down then, and lips narrower
 ROUNDED = ("mouthPucker", "mouthFunnel")
@@ -147,6 +148,7 @@ def _wanted(
     rest, breath = asked.rest, asked.breath
     speech = 1 - rest
     moved = asked.wanted_mm - response.rest
+    moved[:, UPPER] += COVERED_MM
     gains = np.full(len(TRACKED_MEASURES), style.amplitude)
     gains[[WIDTH, PROTRUSION]] = style.spread, style.rounding
     gains[UPPER] *= style.upper_lip

@@ -71,7 +71,7 @@ SIZES_PATH = Path(__file__).parent / "assets" / "mouth_sizes.json"
 OPENING = TRACKED_MEASURES.index("opening_mm")
 TEMPO_ROWS = 5  # that a style's tempo looks at on both sides
 UNHEARD = (0.5, 0.9)  # of silence in the sound, beside which known phones move as the rules say
-PARTED_MM, NEARLY_MM = 2.0, 1.4  # lips in speech come no nearer; where a p may have been heard
+PARTED_MM, NEARLY_MM = 1.0, 0.6  # lips in speech come no nearer; where a p may have been heard
 MAYBE = 0.15  # evidence of p, b or m with which lips may come as near as that
 HISSED = ("S", "Z", "SH", "ZH", "CH", "JH")
 BEYOND = 0.4  # of its slope, with which the map goes on above its last knot: lips stretch no more
@@ -79,7 +79,7 @@ STIFF_JAW = 0.8  # of its freedom that a jaw loses in them: teeth meet, and lips
 RESTS, STILL_ROWS = 0.5, 2.0  # how far jaw and corners rest where lips do; blur of stillness
 SLOWER_ROWS, SLOWEST_ROWS = 1.6, 2.2  # blur of movements twice as slow as plain ones, and the most
 SHARPER = 0.9  # share of the difference from a blur that is added where they are twice as fast
-ROUNDED_SHARE = 0.15  # of the rules' width where they round the lips fully
+ROUNDED_SHARE = 0.2  # of the rules' width where they round the lips fully
 KNOWN_ROUNDED = 0.75  # of full rounding, from which all of it, where phones are known
 
 
