@@ -46,11 +46,10 @@ SEALED_MM, APART_MM = 0.3, 2.0
 PRESS = ("mouthPressLeft", "mouthPressRight")
 ROLLED = 0.15
 """Of `mouthClose`: from here on lips that it closes over an open jaw are sealed."""
-JAW_SEEN = 0.3  # share of a jaw behind shut lips that visemes are fitted to
 RIDGE = 1e-3  # of the mean squared length of a shape
 SPARSE = 0.01  # of the same: what a weight costs, whatever the fit
-LIKENESS = 0.2
-"""What the look on the built-in head counts beside a measured mouth."""
+LIKENESS = 0.3
+"""What the look of the skin counts beside gap, width and jaw."""
 STIFF_M = 0.02
 """What a weight that is given costs where it changes by its freedom."""
 FREEDOM = {"jawOpen": 1.0, "mouthClose": 1.0, "mouthPucker": 0.2} | {
@@ -138,11 +137,7 @@ def fit_controls(
     head = motion.head
     names = tuple(name for name in head.expression_names if is_of_mouth(name))
     columns = [head.expression_index(name) for name in names]
-    taken = motion.weights[:, columns].astype(np.float64)
-    curves = taken.copy()
-    if given is None:  # what `mouthClose` hides of a jaw is in no viseme
-        pair = [names.index("jawOpen"), names.index("mouthClose")]
-        curves[:, pair] -= (1 - JAW_SEEN) * taken[:, pair].min(axis=1, keepdims=True)
+    curves = motion.weights[:, columns].astype(np.float64)
     mixes = np.array([[look.get(name, 0.0) for name in names] for look in looks], np.float64)
     parts, rows = _rows(head, columns)
     low, high = np.zeros((len(curves), len(looks))), np.ones((len(curves), len(looks)))
@@ -155,14 +150,14 @@ def fit_controls(
         sides = curves @ skin @ mixes.T - SPARSE * mean
         for place, look in enumerate(looks):
             if look and SIDEWAYS.issuperset(look):  # two that pull against each other are no mouth
-                high[:, place] = min(1.0, taken[:, [names.index(name) for name in look]].max())
+                high[:, place] = min(1.0, curves[:, [names.index(name) for name in look]].max())
     else:
         freedom = [max((FREEDOM.get(name, 0.0) for name in look), default=0.0) for look in looks]
         costs = (STIFF_M / np.maximum(freedom, 1e-3)) ** 2
         plain, sides, high = np.diag(costs), given * costs, np.maximum(given, 1)
         fixed = np.equal(freedom, 0)
         low[:, fixed] = high[:, fixed] = given[:, fixed]
-    seals = _seals(dict(zip(names, taken.T, strict=True)), measure_mouth(motion)["opening_mm"])
+    seals = _seals(dict(zip(names, curves.T, strict=True)), measure_mouth(motion)["opening_mm"])
     sealed = [VISEME_SHAPES["PP"].get(name, 0.0) for name in names]
     sealing = np.flatnonzero(np.abs(mixes - sealed).max(axis=1, initial=0) < 1e-6)[:1]
     low[:, sealing] = seals[:, None]
@@ -183,7 +178,7 @@ def fit_controls(
         bounds = low[frame, free], high[frame, free]
         last = solve_box_sum(plain + share * close, side, *bounds, mouths[free], whole, last)
         weights[frame, free] = last
-    off = weights @ mixes - taken
+    off = weights @ mixes - curves
     places = max(1, parts.shape[1] // 3)
     squares = np.einsum("fc,cd,fd->f", off, parts @ parts.T, off) / places
     had, open_mm = (1000 * each.mean(axis=1) for each in (weights @ effects, wanted))

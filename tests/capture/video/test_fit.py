@@ -14,14 +14,16 @@ from elocute.capture.video.video_to_motion import fit_track, resample_motion
 from elocute.head.builtin import load_builtin_head
 from elocute.head.looks import face_look
 from elocute.head.mediapipe_face_mesh import EYE_CORNERS, GAP_PAIRS, LIPS
-from elocute.motion.mouth_measures import measure_mouth
+from elocute.motion.mouth_measures import TRACKED_RESTING, measure_mouth
 from elocute.numerics.quaternions import multiply, to_axis_angle
 
 
 def test_the_mouth_opens_as_it_did(filmed, captured):
     true, found = (measure_mouth(m)["opening_mm"] for m in (filmed.motion, captured.motion))
-    assert np.corrcoef(true, found)[0, 1] > 0.96
-    assert np.abs(true - found).mean() < 1.2
+    assert np.corrcoef(true, found)[0, 1] > 0.97
+    # A gap that detectors see between lips that touch is taken off; this film has none.
+    seen = true - 1000 * TRACKED_RESTING * filmed.motion.head.eye_distance_m
+    assert np.abs(np.maximum(seen, 0) - found).mean() < 0.6
 
 
 def test_lips_tracked_as_closed_are_closed(filmed, captured):
@@ -56,7 +58,7 @@ def test_the_head_turns_as_it_did(filmed, captured):
 def test_a_blink_shuts_the_lids_and_lets_them_open(filmed, captured):
     blink = captured.motion.weights[:, captured.motion.names.index("eyeBlinkLeft")]
     true = filmed.motion.weights[:, filmed.motion.names.index("eyeBlinkLeft")]
-    assert blink[true > 0.99].min() > 0.75
+    assert blink[true > 0.99].min() > 0.8
     assert blink[true < 0.01].mean() < 0.1
 
 
