@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array, FloatArray
-from elocute.articulation.driver import PARTING
+from elocute.articulation.driver import BITTEN_MOST, PARTING
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.style import Style
 from elocute.head.viseme_shapes import LABIODENTAL
@@ -44,9 +44,8 @@ TOLERANCE_MM = {
     "upper_lip_mm": 0.3,
     "lower_lip_mm": 0.6,
 }
-COVERED_MM = 0.7  # that the upper lip stays lower than people's: this head's teeth are longer
+COVERED_MM = 0.7  # that the upper lip stays lower than people's: it bares this head's teeth sooner
 BITTEN_MM = 1.2  # gap of the lips in f and v
-BITTEN_JAW_MM, BITTEN_NARROWER_MM = 3.2, 2.5  # that the chin may be down then, and lips narrower
 ROUNDED = ("mouthPucker", "mouthFunnel")
 
 
@@ -121,7 +120,8 @@ def mouth_curves(
     wanted = _wanted(rules, asked, response, style, strength)
     opening = response.rest[OPENING]
     wanted[:, OPENING] += sealed * (opening - wanted[:, OPENING])
-    jaw, narrow = response.rest[JAW] + BITTEN_JAW_MM, response.rest[WIDTH] - BITTEN_NARROWER_MM
+    most = np.array([BITTEN_MOST.get(name, 0.0) for name in names]) @ response.effects
+    jaw, narrow = response.rest[[JAW, WIDTH]] + most[[JAW, WIDTH]]
     wanted[:, JAW] -= at_teeth * np.maximum(wanted[:, JAW] - jaw, 0)
     wanted[:, WIDTH] += at_teeth * np.maximum(narrow - wanted[:, WIDTH], 0)
     # A lip that is rolled in stands back and is short: nothing else makes up for that.

@@ -197,10 +197,9 @@ FILE_MAX_BYTES = 65_536
 
 def _read_style(path: Path) -> Style:
     record = read_record(path, max_bytes=FILE_MAX_BYTES, allowed="an object of numbers")
-    if isinstance(
-        record.get("vector"), dict
-    ):  # a person's own, as `elocute style fit --new` writes
-        record = record["vector"]
+    own = record.get("vector")  # as `elocute style fit --new` writes
+    if isinstance(own, dict):
+        record = own
     elif isinstance(record.get("mix"), dict):
         return mix_styles(_shares(path, record["mix"]))
     known = [field.name for field in fields(Style)]

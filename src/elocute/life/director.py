@@ -366,8 +366,7 @@ class Director:
         for channel, reach, drawn in zip(
             (NOD, TURN, TILT), POSTURE_DEG, (nod, wide * turn, tilt), strict=True
         ):
-            degrees = max(-MOST_DEG, min(MOST_DEG, size * reach * drawn))
-            self._canvas.step(channel, row, rise(rows), degrees)
+            self._canvas.step(channel, row, rise(rows), _within_reach(size * reach * drawn))
         # Brows are held up with the head, or aside with it; the outer one where it tilts.
         held, lean = size * BROWS_HELD * max(0.0, 0.3 * abs(turn) - nod), 0.2 * tilt
         for channel, share in ((INNER, 0.9), (BROW_L, 0.8 + lean), (BROW_R, 0.8 - lean)):
@@ -404,7 +403,7 @@ class Director:
         course = rise(round(35 + 15 * self._draw()))
         for channel, moved in ((NOD, 0.5 * down), (TURN, left)):
             target = self._canvas.level[channel] + HEAD_WITH_GAZE * moved
-            self._canvas.step(channel, row + 6, course, max(-MOST_DEG, min(MOST_DEG, target)))
+            self._canvas.step(channel, row + 6, course, _within_reach(target))
         self._away, self._last_away = True, row
         self._next_look = max(row, self._finder.row - 25) + round(least + 70 * self._draw())
 
@@ -430,3 +429,7 @@ class Director:
             depth = 1.0 if partial > 0.18 else 0.5 + 2.2 * partial
             self._canvas.pulse(BLINK, row, self._closure, depth)
             self._canvas.pulse(LOOK_DOWN, row, self._closure, depth)
+
+
+def _within_reach(degrees: float) -> float:
+    return max(-MOST_DEG, min(MOST_DEG, degrees))

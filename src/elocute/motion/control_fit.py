@@ -140,23 +140,9 @@ def fit_controls(
     curves = motion.weights[:, columns].astype(np.float64)
     mixes = np.array([[look.get(name, 0.0) for name in names] for look in looks], np.float64)
     parts, rows = _rows(head, columns)
-    low, high = np.zeros((len(curves), len(looks))), np.ones((len(curves), len(looks)))
-    if given is None:
-        # (curve, curve): all that the fit needs of the mesh
-        skin = LIKENESS * rows @ rows.T
-        plain = mixes @ skin @ mixes.T
-        mean = float(np.trace(plain)) / max(1, len(plain))
-        plain[np.diag_indices_from(plain)] += RIDGE * mean
-        sides = curves @ skin @ mixes.T - SPARSE * mean
-        for place, look in enumerate(looks):
-            if look and SIDEWAYS.issuperset(look):  # two that pull against each other are no mouth
-                high[:, place] = min(1.0, curves[:, [names.index(name) for name in look]].max())
-    else:
-        freedom = [max((FREEDOM.get(name, 0.0) for name in look), default=0.0) for look in looks]
-        costs = (STIFF_M / np.maximum(freedom, 1e-3)) ** 2
-        plain, sides, high = np.diag(costs), given * costs, np.maximum(given, 1)
-        fixed = np.equal(freedom, 0)
-        low[:, fixed] = high[:, fixed] = given[:, fixed]
+    plain, sides, low, high = (
+        _alike(curves, mixes, looks, names, rows) if given is None else _near(given, looks)
+    )
     seals = _seals(dict(zip(names, curves.T, strict=True)), measure_mouth(motion)["opening_mm"])
     sealed = [VISEME_SHAPES["PP"].get(name, 0.0) for name in names]
     sealing = np.flatnonzero(np.abs(mixes - sealed).max(axis=1, initial=0) < 1e-6)[:1]
@@ -188,6 +174,41 @@ def fit_controls(
         float(np.abs(had - open_mm).mean()),
         float(had[open_mm < CLOSED_MM].max(initial=0.0)),
     )
+
+
+_Wish = tuple[Float64Array, Float64Array, Float64Array, Float64Array]
+"""(control, control) and (frame, control) of the squares that are least, and the least and the most
+of weights (frame, control)."""
+
+
+def _alike(
+    curves: Float64Array,
+    mixes: Float64Array,
+    looks: Sequence[dict[str, float]],
+    names: tuple[str, ...],
+    rows: Float64Array,
+) -> _Wish:
+    """Weights with which the skin looks as it does in the motion."""
+    skin = LIKENESS * rows @ rows.T  # (curve, curve): all that the fit needs of the mesh
+    plain = mixes @ skin @ mixes.T
+    mean = float(np.trace(plain)) / max(1, len(plain))
+    plain[np.diag_indices_from(plain)] += RIDGE * mean
+    sides = curves @ skin @ mixes.T - SPARSE * mean
+    low, high = np.zeros_like(sides), np.ones_like(sides)
+    for place, look in enumerate(looks):
+        if look and SIDEWAYS.issuperset(look):  # two that pull against each other are no mouth
+            high[:, place] = min(1.0, curves[:, [names.index(name) for name in look]].max())
+    return plain, sides, low, high
+
+
+def _near(given: Float32Array, looks: Sequence[dict[str, float]]) -> _Wish:
+    """Weights near those that are given; what has no freedom stays."""
+    freedom = [max((FREEDOM.get(name, 0.0) for name in look), default=0.0) for look in looks]
+    costs = (STIFF_M / np.maximum(freedom, 1e-3)) ** 2
+    low, high = np.zeros(given.shape), np.maximum(given, 1).astype(np.float64)
+    fixed = np.equal(freedom, 0)
+    low[:, fixed] = high[:, fixed] = given[:, fixed]
+    return np.diag(costs), given * costs, low, high
 
 
 def _on_own_mesh(
