@@ -19,11 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.adoption.registry import open_speaking_head
-from elocute.alignment.recogniser import Transcribe, recognise
 from elocute.articulation.settings import lays_contacts, mixes_outputs
 from elocute.articulation.style import Style
 from elocute.audio.speech_input import SpeechInput, resolve_speech
-from elocute.audio.speech_times import SpeechTimes
 from elocute.audio.waveform import Waveform
 from elocute.errors import HeadError, InputError, OutputError
 from elocute.files.reading import path_of
@@ -33,7 +31,6 @@ from elocute.head.looks.look import Look
 from elocute.head.looks.people import identity_look
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
-from elocute.known_speech import known_speech, transcribed_speech
 from elocute.life.face import LivingFace, rows_of_frames
 from elocute.life.moods import Mood, resolve_mood
 from elocute.life.people import AVERAGE, Person, person_of
@@ -41,7 +38,6 @@ from elocute.life.settings import Life, resolve_life
 from elocute.life.stream import LifeStream
 from elocute.manners import Manner, Manners, mixed_manners
 from elocute.models.feature_extraction import (
-    PhoneTimes,
     Progress,
     SoundBlocks,
     blocks_of,
@@ -59,6 +55,10 @@ from elocute.numerics.frame_rates import frame_rate
 from elocute.numerics.input_checks import check_alone, check_kind
 from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import brief
+from elocute.speech.known_speech import known_speech, transcribed_speech
+from elocute.speech.text.recogniser import Transcribe, recognise
+from elocute.speech.times.labels import Label
+from elocute.speech.times.read import SpeechTimes
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def animate(
     channel: int | None = None,
     track: int | None = None,
     partial: bool = False,
-    phones: PhoneTimes | SpeechTimes | None = None,
+    phones: list[Label] | SpeechTimes | None = None,
     text: str | None = None,
     transcribe: Transcribe = False,
     language: str = "auto",

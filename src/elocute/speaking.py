@@ -9,14 +9,14 @@ from typing import Any
 
 from elocute.animation import Animation, animate
 from elocute.articulation.style import Style
-from elocute.audio.espeak import speak
-from elocute.audio.voice_settings import VoiceSettings
 from elocute.head.looks.look import Look
 from elocute.life.moods import Mood
 from elocute.life.settings import Life
 from elocute.models.feature_extraction import Progress
 from elocute.models.registry import DEFAULT_MODEL
 from elocute.motion.edits.edit_list import EditList
+from elocute.speech.voices.espeak import speak
+from elocute.speech.voices.settings import VoiceSettings
 
 
 def say(

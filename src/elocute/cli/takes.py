@@ -17,8 +17,8 @@ from elocute.cli.pipes import PIPE, STDOUT, to_stdout
 from elocute.cli.progress import counted, progress_bar
 from elocute.errors import printable
 from elocute.export.registry import check_character
-from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 from elocute.files.output_plan import OutputPlan
+from elocute.meshes.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 
 if TYPE_CHECKING:
     from elocute.animation import Animation

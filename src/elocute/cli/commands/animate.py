@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from elocute.audio.voice_settings import VoiceSettings
 from elocute.cli import known_speech_options, options
 from elocute.cli.flags import in_flags
 from elocute.cli.format_options import (
@@ -37,9 +36,10 @@ from elocute.cli.takes import (
 )
 from elocute.errors import ElocuteError, InputError, OutputError
 from elocute.files.output_plan import OutputPlan
+from elocute.speech.voices.settings import VoiceSettings
 
 if TYPE_CHECKING:
-    from elocute.audio.line_table import Line, UnusableLine
+    from elocute.cli.line_table import Line, UnusableLine
 
 SOUND_SUFFIXES = (
     ".wav",
@@ -180,7 +180,7 @@ def _check_table_alone(speech: list[Path], known: KnownSpeechOptions) -> None:
 
 def _lines(takes: list[_Take], language: str) -> list[Line | UnusableLine]:
     """Recordings as lines, called by their names. Raises InputError for two of one name."""
-    from elocute.audio.line_table import Line
+    from elocute.cli.line_table import Line
 
     lines: dict[str, Line | UnusableLine] = {}
     for take in takes:

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import typer
 
-from elocute.audio.voice_settings import TEXT_MAX, VoiceSettings
 from elocute.cli import options
 from elocute.cli.format_options import (
     FormatSettings,
@@ -34,6 +33,7 @@ from elocute.cli.takes import (
 )
 from elocute.errors import InputError, printable
 from elocute.files.output_plan import OutputPlan
+from elocute.speech.voices.settings import TEXT_MAX, VoiceSettings
 
 TEXT_MAX_BYTES = 4 * TEXT_MAX
 
@@ -72,7 +72,7 @@ def say_command(
     check_edits(settings)
     pool = chosen_pool(jobs, ray)
     if table is not None:
-        from elocute.audio.line_table import read_lines
+        from elocute.cli.line_table import read_lines
 
         if text is not None or file is not None:
             found = "a text" if text is not None else "--file"
@@ -123,11 +123,11 @@ def _text(text: str | None, file: Path | None) -> str:
             allowed="a text, - (standard input), --file or --table",
         )
     if file is not None:
-        from elocute.audio.script_text import read_transcript
+        from elocute.speech.text.script_text import read_transcript
 
         return _said(read_transcript(file, max_bytes=TEXT_MAX_BYTES), str(file))
     if text != "-":
-        from elocute.audio.script_text import without_tags
+        from elocute.speech.text.script_text import without_tags
 
         return without_tags(str(text))
     if sys.stdin.isatty():
@@ -144,7 +144,7 @@ def _text(text: str | None, file: Path | None) -> str:
 
 def _said(text: str, source: str) -> str:
     """What is said of a text; what is left out goes to standard error."""
-    from elocute.audio.captions import said_text
+    from elocute.speech.times.captions import said_text
 
     said, notes = said_text(text)
     for note in notes:
