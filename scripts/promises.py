@@ -48,7 +48,12 @@ MODULES = {
     # Python alone: the processes that hold espeak-ng's library, Draco's and Blender's.
     "other programs": (
         {"subprocess", "pty"},
-        {"jobs/ray_cluster.py", "speech/voices/espeak.py", "meshes/draco_gltf.py", "meshes/fbx_gltf.py"},
+        {
+            "jobs/ray_cluster.py",
+            "speech/voices/espeak.py",
+            "meshes/draco_gltf.py",
+            "meshes/fbx_gltf.py",
+        },
     ),
     # There it is told to report nothing to its maker.
     "onnxruntime": ({"onnxruntime"}, {"files/onnx_session.py"}),
