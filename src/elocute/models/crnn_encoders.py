@@ -1,4 +1,4 @@
-"""What the recurrent model may hear: names that settings list before anything heavy is imported."""
+"""Encoders of the recurrent model, listed where settings can read them before anything heavy loads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Phones of a known text in a recording, in any language that the phone encoder's phones can spell.
+"""Aligns the phones of a known text with a recording, in any language with the encoder's phones.
 
 The lattice is the words in order, a rest allowed before, between and after them. Its emissions are
 the encoder's posteriors; a boundary is where the odds of being past it turn, so it falls between

@@ -1,4 +1,4 @@
-"""What a text, or the times of its words, says about the phones of a recording."""
+"""Turns a text, or words with times, into phones of a recording with times."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The voice that a text is spoken with."""
+"""Settings of the voice that speaks a text."""
 
 from __future__ import annotations
 
