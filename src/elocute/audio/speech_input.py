@@ -1,4 +1,4 @@
-"""Resolves speech as callers give it: a path, samples with a rate, bytes of a file, an open file."""
+"""Resolves speech as callers give it: a path, samples with a rate, bytes, or an open file."""
 
 from __future__ import annotations
 

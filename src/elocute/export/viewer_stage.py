@@ -1,4 +1,4 @@
-"""Describes light, finishes and views to the viewer, so that it draws a head as pictures show it."""
+"""Describes light, finishes and views to the viewer, so that it draws heads as pictures do."""
 
 from __future__ import annotations
 

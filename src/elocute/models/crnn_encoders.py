@@ -1,4 +1,4 @@
-"""Encoders of the recurrent model, listed where settings can read them before anything heavy loads."""
+"""Encoders of the recurrent model: names that settings read before anything heavy loads."""
 
 from __future__ import annotations
 
