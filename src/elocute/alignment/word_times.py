@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from elocute.audio.read import DURATION_MAX_S
+from elocute.audio.text_words import is_printable
 from elocute.audio.textgrid import TextGridInterval, format_textgrid, parse_textgrid
 from elocute.errors import AlignmentError
 from elocute.files.atomic import write_atomically
@@ -37,7 +38,7 @@ class TimedWord:
 
     def __post_init__(self) -> None:
         text = self.text
-        if not isinstance(text, str) or not (text.strip() and text.isprintable()):
+        if not isinstance(text, str) or not (text.strip() and is_printable(text)):
             self._refuse("unprintable text", "one word")
         if len(text) > WORD_LONGEST:
             self._refuse(f"{len(text)} letters", f"up to {WORD_LONGEST}")

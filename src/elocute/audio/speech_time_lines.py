@@ -55,7 +55,8 @@ def parse_lines(text: str) -> Labels | None:
     lines = [" ".join(line.split()) for line in text.splitlines()]
     if lines and lines[0] == PAPAGAYO:
         return _papagayo(lines[1:])
-    lines = [_in_seconds(line) for line in lines if line and not line.startswith(";")]
+    # Audacity has frequencies in lines of their own, behind a backslash.
+    lines = [_in_seconds(line) for line in lines if line and line[0] not in ";\\"]
     if len(lines) > LABELS_MAX:
         raise InputError(f"{len(lines)} lines; allowed: up to {LABELS_MAX}")
     if lines and lines[0].startswith("MohoSwitch"):

@@ -237,18 +237,18 @@ def _is_said(text: str) -> bool:
 
 def _spoken_words(labels: Labels) -> list[Label]:
     """The words that are said. Raises InputError for those that cannot be shown."""
-    from elocute.audio.text_words import words_of_text
+    from elocute.audio.text_words import is_printable, shown_letters, words_of_text
 
     labelled = _in_order(labels.words, "word")
     spoken = [
         (start, end, part)
-        for start, end, label in labelled
+        for start, end, label in ((a, b, shown_letters(label)) for a, b, label in labelled)
         if phone_of(label.lower(), "polly") not in (REST, SPOKEN_NOISE)
         for part in ([word.text for word in words_of_text(label)] if " " in label else [label])
         if any(map(str.isalnum, part))
     ]
     for _, _, word in spoken:
-        if not word.isprintable() or len(word) > 120:
+        if not is_printable(word) or len(word) > 120:
             raise InputError.about("word", found=repr(word[:40]), allowed="printable words")
     return spoken
 
