@@ -118,14 +118,15 @@ def _ears(places: NDArray[np.float64]) -> list[tuple[int, int, int]]:
     normal = np.cross(places - places[0], np.roll(places, -1, axis=0) - places[0]).sum(axis=0)
     left, found = list(range(len(places))), list[tuple[int, int, int]]()
 
-    def is_left(a: Any, b: Any, c: Any) -> Any:
-        return np.cross(places[b] - places[a], places[c] - places[b]) @ normal > 0
+    def turn(a: Any, b: Any, c: Any) -> Any:
+        return np.cross(places[b] - places[a], places[c] - places[b]) @ normal
 
     def is_ear(at: int) -> bool:
-        a, b, c = left[at - 1], left[at], left[(at + 1) % len(left)]
-        others = np.array([each for each in left if each not in (a, b, c)], int)
-        inside = is_left(a, b, others) & is_left(b, c, others) & is_left(c, a, others)
-        return bool(is_left(a, b, c)) and not inside.any()
+        ear = left[at - 1], left[at], left[(at + 1) % len(left)]
+        apart = (places[left][:, None] != places[list(ear)]).any(axis=2).all(axis=1)
+        others = np.array(left)[apart]
+        sides = [turn(a, b, others) >= 0 for a, b in pairwise((*ear, ear[0]))]
+        return bool(turn(*ear) > 0 and not np.all(sides, axis=0).any())
 
     while len(left) > 3:
         at = next(filter(is_ear, range(len(left))), None)
