@@ -9,6 +9,8 @@ sound.wav            as named by "sound"
 
 from __future__ import annotations
 
+import hashlib
+import os
 import re
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -16,6 +18,7 @@ from typing import Any
 
 from elocute.capture.scans.landmarks import (
     BESIDE_SUFFIXES,
+    FILE_MAX_BYTES,
     GOOD_MIN,
     Landmarks,
     no_landmarks,
@@ -33,6 +36,7 @@ FORMAT, VERSION = "elocute-scans", 1
 MANIFEST_MAX_BYTES = 1_000_000
 NUMBER_MAX = 1_000_000
 TEXT_MAX, NAME_MAX = 10_000, 200
+SAMPLE = 65_536
 
 
 @dataclass(frozen=True)
@@ -143,6 +147,24 @@ class ScanSequence:
                 allowed=f"{self.numbers[0]} to {self.numbers[-1]} but for the missing",
             )
         return self.files[self.numbers.index(number)]
+
+    def digest(self, number: int) -> str:
+        """Another one where the frame's landmarks were edited, or its scan replaced.
+
+        Of a scan its size and three samples are taken, since all of it would be hours of reading.
+        """
+        made_of = hashlib.sha256()
+        marks = self.landmark_file(number)
+        for path, sampled in ((self.file(number), True), (marks, False)):
+            if path is None:
+                continue
+            with path.open("rb") as file:
+                size = file.seek(0, os.SEEK_END)
+                made_of.update(f"{path.suffix} {size} ".encode())
+                for start in (0, size // 2, size - SAMPLE) if sampled else (0,):
+                    file.seek(max(0, start))
+                    made_of.update(file.read(SAMPLE if sampled else FILE_MAX_BYTES))
+        return made_of.hexdigest()
 
     def scan(self, number: int) -> Scan:
         """The scan as it is in the file. Raises CaptureError."""
