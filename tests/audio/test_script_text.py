@@ -68,6 +68,7 @@ def test_subtitles_by_hand_and_of_youtube():
         ("[00:00] ANN: Hello.\n[00:03] BOB: My map.", "Hello.\nMy map.", 4),
         ("Ann Li  0:00  \nHello.\n\nBob  0:03\nMy map.", "Hello.\nMy map.", 2),
         ("Ann (00:00):\nHello.\n\nBob (00:03):\nMy map.", "Hello.\nMy map.", 2),
+        ("*sighs* My *map* is *clears throat* here.", "My *map* is here.", 2),
         ("7:30 is late.\nCome.", "7:30 is late.\nCome.", 0),
         ("INT. HALL - DAY\n\nBOB\n(softly)\nHush!\n\nANN\nHi.\n", "Hush!\nHi.", 4),
         ("# Maps\nSee [my map](https://a.b/c).", "Maps\nSee my map.", 0),
@@ -285,6 +286,7 @@ def test_tags_in_a_plain_text_are_not_said(text, said):
     [
         "00:00:01:500 --> 00:00:02:000",
         "00: 00: 01, 500 -> 00: 00: 02, 000",
+        "00:00:1,500 --> 00:00:2,00",
         "0:01.5 --> 0:02.0 line:1",
     ],
 )

@@ -646,3 +646,11 @@ def test_labels_of_audacity_with_frequencies(tmp_path):
 def test_letters_that_nobody_sees(tmp_path, written, word):
     times = read(tmp_path, f"1\n00:00:00,100 --> 00:00:01,000\n{written}\n", "times.srt")
     assert times.words == ((0.1, 1.0, word),)
+
+
+def test_phrases_are_read_as_scripts_are(tmp_path):
+    phrases = ["[SPEAKER_00]: hello", "BOB: [ Silence ]", "*sighs* bob", "(wind blowing)"]
+    segments = [{"start": n, "end": n + 0.8, "text": f" {text}"} for n, text in enumerate(phrases)]
+    times = read(tmp_path, {"segments": segments})
+    assert times.words == ((0, 0.8, "hello"), (2, 2.8, "bob"))
+    assert times.notes[1].startswith("not taken for speech: '[SPEAKER_00]', 'BOB:'")

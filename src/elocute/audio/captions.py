@@ -300,4 +300,6 @@ def _plain_time(time: str) -> str:
             "save them as .srt or .vtt with milliseconds",
         )
         raise InputError.about(f"time {plain}", found="frames", allowed=allowed, remedy=remedy)
-    return "0:00:00" if plain.startswith("-") else re.sub(r":(\d{3})$", r".\1", plain)
+    if plain.startswith("-"):
+        return "0:00:00"
+    return re.sub(r":(\d)(?=[.,]|$)", r":0\1", re.sub(r":(\d{3})$", r".\1", plain))

@@ -59,6 +59,7 @@ _CUE_LINE = re.compile(
 )
 _BRACKETS = re.compile(r"\[[^\[\]]*\]|【[^【】]*】")
 _ASIDE = re.compile(r"[(（]([^()（）]{1,80})[)）]")
+_STARRED = re.compile(r"\*([^*\n]{1,80})\*")
 _DIRECTIONS = re.compile(
     r"(?:\w+ly )?(?:sighs?|laughs?|laughing|laughter|chuckles?|giggles?|coughs?|gasps?|whispers?|"
     r"whispering|shouts?|shouting|sobs?|crying|cries|groans?|clears (?:his|her|their)? ?throat|"
@@ -256,6 +257,9 @@ def spoken_script(text: str, speakers: Collection[str] | None = None) -> tuple[s
         text = _SCENE.sub(drop, text)
     text = _NAME.sub(name, text)
     text = _ASIDE.sub(aside, _BRACKETS.sub(drop, text))
+    text = _STARRED.sub(
+        lambda found: drop(found) if _DIRECTIONS.match(found[1]) else found[0], text
+    )
     kept = (re.sub(r"[ \t]+([,.;!?])", r"\1", " ".join(line.split())) for line in text.splitlines())
     return "\n".join(filter(None, kept)), left_out
 

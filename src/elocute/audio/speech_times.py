@@ -21,6 +21,7 @@ from elocute.audio.phone_symbols import (
     nearest_symbols,
     phone_of,
 )
+from elocute.audio.script_text import left_out_note, speakers_of, spoken_script
 from elocute.audio.speech_marks import parse_json_times
 from elocute.audio.speech_time_lines import parse_cue_xml, parse_lines
 from elocute.audio.speech_time_tables import has_columns, parse_csv, parse_ctm
@@ -214,7 +215,21 @@ def _sorted_out(labels: list[Label]) -> Labels:
     return Labels(words=labels) if is_words else Labels(phones=labels)
 
 
+def _said(labels: Labels) -> Labels:
+    """Labels whose phrases are without speakers and directions, and a note on these."""
+    phrases = "\n".join(text for _, _, text in labels.words if " " in text.strip())
+    if not phrases:
+        return labels
+    speakers, left_out, words = speakers_of(phrases), list[str](), list[Label]()
+    for start, end, text in labels.words:
+        said, aside = spoken_script(text, speakers) if " " in text.strip() else (text, [])
+        words.append((start, end, said))
+        left_out += aside
+    return replace(labels, words=words, notes=[*labels.notes, *left_out_note(left_out)])
+
+
 def _words_of(labels: Labels) -> SpeechTimes:
+    labels = _said(labels)
     spoken = _spoken_words(labels)
     momentary = [text for start, end, text in labels.words if start == end and _is_said(text)]
     if not spoken and momentary:
