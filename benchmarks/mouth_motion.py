@@ -19,9 +19,9 @@ import numpy as np
 
 from elocute.animation import animate
 from elocute.array_types import Float64Array, FloatArray
-from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE
+from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.evaluation.tracked_mouths import TrackedClip, find_tracked_mouths, read_tracked_mouth
 from elocute.files.array_reading import read_npz

@@ -18,12 +18,12 @@ from elocute.adoption.own_mesh import joined, open_mesh_head
 from elocute.adoption.registry import open_speaking_head
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
-from elocute.capture.scans.landmarks import read_landmarks
 from elocute.errors import ElocuteWarning, HeadError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.store import load_head, save_head
 from elocute.motion.curves import motion_from_curves
 from elocute.motion.mouth_measures import measure_mouth
+from elocute.registration.landmarks import read_landmarks
 from recipes.example import TARGET
 from tests.support.commands import one_line, run_here
 from tests.support.stranger import Stranger, write_stranger

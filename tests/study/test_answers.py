@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from elocute.errors import StudyError
-from elocute.study.answers import COLUMNS, SUFFIXES, Answer, read_answers, write_answers
+from elocute.study.report.answers import COLUMNS, SUFFIXES, Answer, read_answers, write_answers
 
 ROW = Answer(
     participant="p1",

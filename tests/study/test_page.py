@@ -11,7 +11,7 @@ import pytest
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from elocute.study.stimuli import make_stimuli
+from elocute.study.stimuli.stimuli import make_stimuli
 from tests.study.participant import HEADING, INTERLUDE, OVER, READY, Participant
 from tests.study.studies import HEAD, QUICK, VIDEOS, Asker, served
 from tests.support.browser import headless_browser

@@ -21,20 +21,19 @@ from elocute.adoption.mesh_paths import EdgeGraph
 from elocute.adoption.registration import FIT_MM
 from elocute.array_types import Float64Array
 from elocute.capture.scanned_head import detected_landmarks
-from elocute.capture.scans.landmarks import JAW_LINE, read_landmarks
-from elocute.capture.scans.scan_file import read_scan, unit_m
 from elocute.corpus.length_units import UNITS, fitting_unit, is_head_sized, longest_side
 from elocute.errors import ElocuteWarning, HeadError
-from elocute.files.gltf_document import SUFFIXES as GLTF_SUFFIXES
-from elocute.files.gltf_document import GltfDocument, read_gltf
-from elocute.files.mesh_part import MeshPart, picture_bytes
-from elocute.files.mesh_parts import document_parts, read_mesh_parts
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mesh import FILE_MAX_BYTES, head_from_arrays
 from elocute.head.model import HeadModel
 from elocute.head.normals import vertex_normals
 from elocute.head.surface import MOST, Surface
+from elocute.meshes.gltf_document import SUFFIXES as GLTF_SUFFIXES, GltfDocument, read_gltf
+from elocute.meshes.part import MeshPart, picture_bytes
+from elocute.meshes.parts import document_parts, read_mesh_parts
 from elocute.numerics.rigid_alignment import similarity_between
+from elocute.registration.landmarks import JAW_LINE, read_landmarks
+from elocute.registration.scan_file import read_scan, unit_m
 
 VERTICES_MAX = 200_000
 PART_MIN = 200

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from elocute.adoption.own_mesh import MeshAdoption
 from elocute.array_types import Float64Array
 from elocute.errors import HeadError
-from elocute.files.draco_gltf import has_draco
-from elocute.files.gltf_additions import GltfAdditions
-from elocute.files.gltf_arrays import GltfArrays
-from elocute.files.gltf_document import GltfDocument
-from elocute.files.json_splices import with_value
-from elocute.files.mesh_part import MeshPart, PartOrigin
 from elocute.head.normals import morphed_normals
+from elocute.meshes.draco_gltf import has_draco
+from elocute.meshes.gltf_additions import GltfAdditions
+from elocute.meshes.gltf_arrays import GltfArrays
+from elocute.meshes.gltf_document import GltfDocument
+from elocute.meshes.json_splices import with_value
+from elocute.meshes.part import MeshPart, PartOrigin
 from elocute.motion.curves import ARKIT_NAMES
 
 STILL_M = 1e-6

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from elocute.array_types import FloatArray
 from elocute.articulation.contacts_and_rest import contact_evidence, runs
-from elocute.audio.phones_and_visemes import PHONES, SILENCE
+from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.numerics.lasting_states import best_paths
 from elocute.numerics.smoothing import smoothstep
 

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from elocute.audio.read import read_audio
 from elocute.capture.motion_cleaning import clean_frames
-from elocute.capture.registration.register import register_neutral
 from elocute.capture.scans.scan_sequence import ScanSequence, find_sequences, open_sequence
 from elocute.capture.sequence_report import write_report
 from elocute.capture.sequence_tracking import (
@@ -45,6 +44,7 @@ from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
 from elocute.jobs.pool import FailedTask
 from elocute.jobs.process_pool import run_local
+from elocute.registration.register import register_neutral
 
 CORPUS, MADE = "corpus", "corpus.sha256"
 FOLDERS, BEGUN = ("subjects", "sequences"), "capture.begun"

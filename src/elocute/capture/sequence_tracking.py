@@ -19,17 +19,17 @@ from elocute.capture.registered_frames import (
     read_zero,
     write_frame,
 )
-from elocute.capture.registration.register import (
-    Registration,
-    register_nonrigid,
-    register_scan,
-)
-from elocute.capture.registration.template import Template
-from elocute.capture.scans.landmarks import no_landmarks
 from elocute.capture.scans.scan_sequence import ScanSequence
 from elocute.capture.settings import BatchSettings
 from elocute.errors import ElocuteError
 from elocute.head.model import HeadModel
+from elocute.registration.landmarks import no_landmarks
+from elocute.registration.register import (
+    Registration,
+    register_nonrigid,
+    register_scan,
+)
+from elocute.registration.template import Template
 
 SETTINGS_VERSION = 5
 """Raise it when registration itself changes: frames made before are then made again."""

@@ -10,7 +10,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from elocute.audio.voice_settings import VoiceSettings
 from elocute.cli.format_options import FormatSettings
 from elocute.cli.outputs import write_motion
 from elocute.cli.pipes import PIPE
@@ -18,10 +17,11 @@ from elocute.cli.takes import named_inputs
 from elocute.errors import InputError
 from elocute.files.output_plan import OutputPlan
 from elocute.files.reading import read_bytes
+from elocute.speech.voices.settings import VoiceSettings
 
 if TYPE_CHECKING:
     from elocute.animation import Animation
-    from elocute.audio.line_table import Line
+    from elocute.cli.line_table import Line
 
 
 def spoken_source(text: str, voice: VoiceSettings, settings: Mapping[str, Any]) -> str:
@@ -78,10 +78,9 @@ class TableRun:
 
     def settings_of(self, line: Line) -> dict[str, Any]:
         """Those of the command, but for what the line says."""
-        names = ("style", "identity", "strength", "life", "mood")
-        own = {name: getattr(line, name) for name in names}
-        own["edits"] = self.file_of(line.edits, "edits", "an edit list")
-        return {**self.settings, **{n: v for n, v in own.items() if v not in ("", None)}}
+        edits = self.file_of(line.settings.get("edits", ""), "edits", "an edit list")
+        own = line.settings if edits is None else {**line.settings, "edits": edits}
+        return {**self.settings, **own}
 
 
 class FolderRun(TableRun):

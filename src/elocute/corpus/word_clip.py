@@ -9,11 +9,11 @@ from pathlib import PurePosixPath
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.text_words import is_printable
 from elocute.corpus.clip import check_name
 from elocute.errors import CorpusError
 from elocute.motion.motion import FPS_MAX
 from elocute.one_line_repr import one_line
+from elocute.speech.text.text_words import is_printable
 
 SENTENCE = "sentence"  # the word of a clip that holds several
 SPLITS = ("train", "validation", "test")

@@ -10,8 +10,8 @@ import numpy as np
 
 from elocute.array_types import Float32Array
 from elocute.audio.features import Features
-from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.waveform import Waveform
+from elocute.encoders.phones_and_visemes import PHONES
 from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 from elocute.encoders.trunk import (
     AHEAD,

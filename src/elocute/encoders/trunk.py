@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array, IntArray
 from elocute.audio import whisper_mel
-from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.audio.waveform import SPEECH_RATE
+from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import ModelError
 from elocute.files.json_records import parse_json

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from elocute.errors import OutputError
-from elocute.export.background import TRANSPARENT, check_background
-from elocute.export.render.backends_and_views import BACKENDS, FRAMINGS, QUALITIES, VIEWS
-from elocute.export.render.lights import RIGS
+from elocute.render.backends_and_views import BACKENDS, FRAMINGS, QUALITIES, VIEWS
+from elocute.render.background import TRANSPARENT, check_background
+from elocute.render.lights import RIGS
 from elocute.settings import check_settings, described, setting
 
 PROFILES = ("arkit", "elocute", "oculus", "vrm")

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from elocute.array_types import Float32Array
-from elocute.export.render.shading import CORNEA_INDEX
 from elocute.head.model import HeadModel
+from elocute.render.shading import CORNEA_INDEX
 
 EYES = ("eyeLeft", "eyeRight")
 SEEN_ASLANT = np.pi / 4

@@ -10,13 +10,11 @@ from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, Speec
 from elocute.models.styled_as_rules import StyledAsRules
 from elocute.motion.curves import Curves
 
-NAME = "articulation"
-
 
 class ArticulationModel(StyledAsRules):
     """The rules as a SpeechModel; its styles are those of `elocute.articulation.style`."""
 
-    name, fps = NAME, 60.0
+    name, fps = "articulation", 60.0
     decoder_lookahead_s = LOOKAHEAD_S
 
     def feature_streams(

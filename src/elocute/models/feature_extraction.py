@@ -12,11 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from elocute.array_types import Float32Array
-from elocute.articulation.known_phones import known_posteriors
 from elocute.audio.features import Features
-from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.audio.resampling_stream import ResamplingStream
 from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE, Encoder
 from elocute.encoders.trunk import (
     TrunkNetwork,
@@ -26,12 +25,8 @@ from elocute.encoders.trunk import (
 )
 from elocute.errors import InputError
 from elocute.models.protocol import FeatureStream, FeatureStreams, SpeechFeatures, SpeechModel
-
-PhoneTimes = list[tuple[float, float, str]]
-"""(start s, end s, ARPAbet phone)"""
-PhoneRefiner = Callable[[Float32Array, float], Float32Array]
-"""Takes the encoder's log-posteriors (row, 40) of a whole sound and its duration in s; gives better
-ones."""
+from elocute.speech.text.known_phones import known_posteriors
+from elocute.speech.times.labels import Label, PhoneRefiner
 
 
 class Hearing:
@@ -137,7 +132,7 @@ class KnownPhoneStream:
 
     name, rate = "phones", FEATURE_RATE
 
-    def __init__(self, sample_rate: int, phones: PhoneTimes) -> None:
+    def __init__(self, sample_rate: int, phones: list[Label]) -> None:
         self._sample_rate, self._phones, self._samples = sample_rate, phones, 0
 
     def push(self, samples: Float32Array) -> Float32Array:
@@ -243,7 +238,7 @@ def extract_features(
     sound: Waveform | SoundBlocks,
     *,
     contacts: bool = True,
-    phones: PhoneTimes | PhoneRefiner | None = None,
+    phones: list[Label] | PhoneRefiner | None = None,
     progress: Progress | None = None,
 ) -> tuple[SpeechFeatures, float]:
     """The features of a whole sound, as a model needs them.
@@ -302,7 +297,7 @@ def extract_features(
     return speech, samples / source.sample_rate
 
 
-def _phone_stream(sample_rate: int, phones: PhoneTimes | PhoneRefiner) -> FeatureStream:
+def _phone_stream(sample_rate: int, phones: list[Label] | PhoneRefiner) -> FeatureStream:
     """A stream of what is known, or of what is made of what the encoder recognises."""
     if callable(phones):
         return RefinedPhoneStream(sample_rate, phones)

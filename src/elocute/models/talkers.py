@@ -43,8 +43,8 @@ from elocute.articulation.mouth_solver import ROUNDED, AskedMouth, mouth_curves
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.rest import EDGE_S, KNOWN_EDGE_S, breath_share, rest_share
 from elocute.articulation.style import Style
-from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.audio.resampling_stream import RESAMPLING_S
+from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.encoders.trunk import (
     KIND,

@@ -21,7 +21,6 @@ from elocute.capture.motion_cleaning import (
     smoothing_weights,
 )
 from elocute.capture.scans.landmark_detection import SIDE, detect_landmarks
-from elocute.capture.scans.scan import Scan
 from elocute.capture.scans.scan_checks import check_scans
 from elocute.capture.scans.scan_sequence import open_sequence
 from elocute.capture.scans_to_corpus import BatchSettings, capture_scans
@@ -30,6 +29,7 @@ from elocute.capture.simulation.scan_simulator import ScanSimulator
 from elocute.corpus.corpus_store import open_corpus
 from elocute.errors import CaptureError, OutputError
 from elocute.head.model import HeadModel
+from elocute.registration.scan import Scan
 
 
 @pytest.fixture(scope="session")

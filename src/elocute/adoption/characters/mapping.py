@@ -25,9 +25,9 @@ from elocute.adoption.characters.shape_names import (
 from elocute.adoption.characters.vrm import Vrm
 from elocute.articulation.phone_targets import curve_names
 from elocute.export.shape_profiles import NEAREST
-from elocute.files.gltf_nodes import NodeTree
 from elocute.head.character import Control, Turn
 from elocute.life.face import REACH_DEG
+from elocute.meshes.gltf_nodes import NodeTree
 from elocute.motion.control_fit import is_of_mouth
 from elocute.motion.curves import ARKIT_NAMES
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from elocute.adoption.characters.shape_names import words_of
-from elocute.files.gltf_document import GltfDocument
 from elocute.files.json_records import finite_number
+from elocute.meshes.gltf_document import GltfDocument
 
 NAME_MAX = 200
 BASIS = frozenset({"basis", "base", "neutral", "default", "rest", "original", "基型", "ベース"})

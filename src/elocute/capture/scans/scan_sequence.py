@@ -16,7 +16,11 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
-from elocute.capture.scans.landmarks import (
+from elocute.corpus.clip import check_name
+from elocute.errors import CaptureError, CorpusError
+from elocute.files.json_records import read_record, write_record
+from elocute.motion.motion import FPS_MAX
+from elocute.registration.landmarks import (
     BESIDE_SUFFIXES,
     FILE_MAX_BYTES,
     GOOD_MIN,
@@ -24,12 +28,8 @@ from elocute.capture.scans.landmarks import (
     no_landmarks,
     read_landmarks,
 )
-from elocute.capture.scans.scan import Scan
-from elocute.capture.scans.scan_file import SUFFIXES, read_scan, unit_m
-from elocute.corpus.clip import check_name
-from elocute.errors import CaptureError, CorpusError
-from elocute.files.json_records import read_record, write_record
-from elocute.motion.motion import FPS_MAX
+from elocute.registration.scan import Scan
+from elocute.registration.scan_file import SUFFIXES, read_scan, unit_m
 
 MANIFEST = "capture.json"
 FORMAT, VERSION = "elocute-scans", 1

@@ -14,8 +14,8 @@ from elocute.cli.command_group import CommandGroup
 from elocute.cli.outputs import nothing_to_do
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, OutputError
-from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 from elocute.files.output_plan import OutputPlan
+from elocute.meshes.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel
