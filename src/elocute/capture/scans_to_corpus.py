@@ -164,10 +164,15 @@ def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path, method
     named = [one for one in sequences if one.metadata.neutral is not None]
     source = (named or sequences)[0]
     own = _registered_neutral(head, source, method)
-    arrays = {"template": own.template, "joints": own.joint_positions}
-    texts = {"method": method, "sequence": source.name, "made_of": _neutral_digest(source)}
     with write_atomically(path) as draft, draft.open("wb") as file:
-        np.savez(file, **arrays, **{name: np.array(text) for name, text in texts.items()})
+        np.savez(
+            file,
+            template=own.template,
+            joints=own.joint_positions,
+            method=method,
+            sequence=source.name,
+            made_of=_neutral_digest(source),
+        )
     # As another process or a later run reads it.
     return _personal_head(head, own.template, own.joint_positions)
 

@@ -9,6 +9,7 @@ sound.wav            as named by "sound"
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import re
@@ -153,17 +154,16 @@ class ScanSequence:
 
         Of a scan its size and three samples are taken, since all of it would be hours of reading.
         """
-        made_of = hashlib.sha256()
-        marks = self.landmark_file(number)
-        for path, sampled in ((self.file(number), True), (marks, False)):
-            if path is None:
-                continue
-            with path.open("rb") as file:
+        made_of, scan = hashlib.sha256(), self.file(number)
+        for path in filter(None, (scan, self.landmark_file(number))):
+            # What is wrong with a file is said where it is read.
+            with contextlib.suppress(OSError), path.open("rb") as file:
                 size = file.seek(0, os.SEEK_END)
                 made_of.update(f"{path.suffix} {size} ".encode())
-                for start in (0, size // 2, size - SAMPLE) if sampled else (0,):
+                starts = (0, size // 2, size - SAMPLE) if path == scan else (0,)
+                for start in starts:
                     file.seek(max(0, start))
-                    made_of.update(file.read(SAMPLE if sampled else FILE_MAX_BYTES))
+                    made_of.update(file.read(SAMPLE if path == scan else FILE_MAX_BYTES))
         return made_of.hexdigest()
 
     def scan(self, number: int) -> Scan:
