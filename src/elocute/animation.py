@@ -35,7 +35,6 @@ from elocute.life.moods import resolve_mood
 from elocute.life.people import AVERAGE, Person, person_of
 from elocute.life.settings import resolve_life
 from elocute.life.stream import LifeStream
-from elocute.manners import Manner, Manners, mixed_manners
 from elocute.models.feature_extraction import (
     Progress,
     SoundBlocks,
@@ -60,6 +59,7 @@ from elocute.speech.known_speech import known_speech, transcribed_speech
 from elocute.speech.text.recogniser import Transcribe, recognise
 from elocute.speech.times.labels import Label
 from elocute.speech.times.read import SpeechTimes
+from elocute.styles_over_time import StyleAndMood, StylesOverTime, mixed_takes
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ def animate(
     finished, outputs = lays_contacts(take.contacts), mixes_outputs(take.mix)
     resolved = chosen.style(checked_style(take.style), outputs=outputs)
     wanted = None if take.edits is None else edits_of(take.edits)
-    manners = Manners(chosen, resolved, feeling, outputs, wanted)
+    styles = StylesOverTime(chosen, resolved, feeling, outputs, wanted)
     rig, person = _rig(take, own_shapes=not chosen.makes_contacts)
     worn = _look(take, rig)
     rig = chosen.rig(rig if rig.look == worn else _wearing(rig, worn))
@@ -237,14 +237,14 @@ def animate(
 
     stirred: list[float] = []
 
-    def made(manner: Manner) -> tuple[Curves, NDArray[np.float32] | None]:
-        moved = strength_in_mood(take.strength, manner.mood)
-        mouth = chosen.curves(features, manner.style, span, moved, contacts=finished)
+    def animated(each: StyleAndMood) -> tuple[Curves, NDArray[np.float32] | None]:
+        moved = strength_in_mood(take.strength, each.mood)
+        mouth = chosen.curves(features, each.style, span, moved, contacts=finished)
         stirred.append(float(np.ptp(mouth.values, axis=0).max(initial=0)))
-        lived = replace(face, mood=manner.mood)
-        return lived.curves(mouth, rows), lived.rotations(rows)
+        living = replace(face, mood=each.mood)
+        return living.curves(mouth, rows), living.rotations(rows)
 
-    curves, rotations = mixed_manners(manners.shares(span.count, fps), made)
+    curves, rotations = mixed_takes(styles.shares(span.count, fps), animated)
     motion = replace(motion_from_curves(rig, curves), rotations=rotations)
     if wanted is not None:
         motion = shaped(motion, wanted)

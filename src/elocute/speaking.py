@@ -1,4 +1,4 @@
-"""Text to motion in one call: espeak-ng speaks, and its phones move the face."""
+"""Text to motion in one call: a synthesiser speaks, and its phones move the face."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from elocute.animation import Animation, animate
 from elocute.models.feature_extraction import Progress
 from elocute.models.take_settings import TakeOptions, TakeSettings
 from elocute.settings import taking
-from elocute.speech.voices.espeak import speak
+from elocute.speech.voices.registry import speak
 from elocute.speech.voices.settings import VoiceSettings
 
 
@@ -21,12 +21,13 @@ def say(
     voice: str = "",
     words_per_minute: int = 165,
     pitch: int = 50,
+    engine: str = "espeak",
     progress: Progress | None = None,
     **settings: Unpack[TakeOptions],
 ) -> Animation:
     """Speak a text and animate a head with it.
 
-    The phones and their times are those that espeak-ng spoke; nothing is recognised.
+    The phones and their times are those that were spoken; nothing is recognised.
 
     Parameters
     ----------
@@ -40,6 +41,8 @@ def say(
         How fast, 80 to 450.
     pitch : int
         Of the voice, 0 to 99.
+    engine : str
+        The speech synthesiser, one of `voices.settings.ENGINES`.
     progress : callable, optional
         Called with the share of the speech that is done, 0 to 1.
 
@@ -53,9 +56,9 @@ def say(
     InputError
         For a text, a voice or anything else that cannot be used.
     MachineError
-        Where espeak-ng is missing.
+        Where the synthesiser is missing.
     """
-    spoken = speak(text, VoiceSettings(language, voice, words_per_minute, pitch))
+    spoken = speak(text, VoiceSettings(language, voice, words_per_minute, pitch, engine))
     animation = animate(spoken.sound, phones=list(spoken.phones), progress=progress, **settings)
     words = tuple((w.phones[0][0], w.phones[-1][1], w.text) for w in spoken.words if w.phones)
     return replace(animation, words=words)

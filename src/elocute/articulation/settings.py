@@ -1,4 +1,4 @@
-"""Settings that every way from speech to motion has: `animate`, `stream`, and the rules alone."""
+"""Settings common to `animate`, `stream` and the rules."""
 
 from __future__ import annotations
 

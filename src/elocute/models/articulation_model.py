@@ -7,7 +7,7 @@ from elocute.articulation.style import Style
 from elocute.audio.features import Features
 from elocute.models.feature_extraction import PhonePosteriorStream
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
-from elocute.models.styled_as_rules import StyledAsRules
+from elocute.models.rule_styles import StyledAsRules
 from elocute.motion.curves import Curves
 
 
