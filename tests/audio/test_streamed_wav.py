@@ -187,6 +187,8 @@ def test_files_that_were_joined_are_read_to_the_end(given, tmp_path, encode, kin
     assert len(found) == pytest.approx(2 * RATE, abs=0.15 * RATE)
     assert np.abs(found[: RATE * 3 // 4]).max() < 0.2 < 0.4 < np.abs(found[RATE * 5 // 4 :]).max()
     assert len(notes) == 1 and notes[0].startswith("several files, one behind the other")
+    if kind == "ogg":
+        assert probe_audio(tmp_path / "s.ogg").duration_s is None
 
 
 def test_flac_files_behind_the_first_are_told(given, tmp_path):

@@ -205,7 +205,7 @@ class ContainerDecoder:
             codec=context.name,
             sample_rate=rate,
             channels=context.channels or 0,
-            duration_s=seconds,
+            duration_s=None if self.joined else seconds,  # that of the first
             tracks=tuple(map(_told, streams)) if len(streams) > 1 else (),
         )
         promised_s = self._promised_s(seconds)
