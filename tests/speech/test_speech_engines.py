@@ -629,6 +629,21 @@ def test_pieces_of_words_are_joined(tmp_path):
     assert read(tmp_path, whisper).words == ((0.1, 0.8, "twenty-five"),)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "nfields 1\n#\n 0.1 125 pau\n 0.2 125 b\n 0.3 125 aa\n 0.4 125 b\n",
+        "type 0\n#\n 0.1  122 {B_TRANS}\n 0.2  122 b; b\n 0.3  122 aa\n 0.4  122 b\n",
+        "0 1000000 x^x-sil+b=aa@x_x/A:0\n1000000 2000000 x^sil-b+aa=b@1_3/A:0\n"
+        "2000000 3000000 sil^b-aa+b=x@2_2/A:0\n3000000 4000000 b^aa-b+x=x@3_1/A:0\n",
+    ],
+    ids=["Festival", "Buckeye", "HTS"],
+)
+def test_labels_of_synthesisers_and_corpora(tmp_path, text):
+    times = read(tmp_path, text, "one.lab")
+    assert shown(times.phones) == [(0.1, 0.2, "B"), (0.2, 0.3, "AA"), (0.3, 0.4, "B")]
+
+
 def test_labels_of_audacity_with_frequencies(tmp_path):
     rows = "".join(f"{a}\t{b}\t{text}\n\\\t100.0\t4000.0\n" for a, b, text in HELLO_BOB)
     assert shown(read(tmp_path, rows, "labels.txt").words) == HELLO_BOB
