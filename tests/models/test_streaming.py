@@ -274,9 +274,9 @@ def test_frames_that_do_not_wait_open_and_shut_the_mouth_as_exact_ones(speech, s
     assert len(ours) == len(theirs)
     assert np.corrcoef(ours, theirs)[0, 1] > 0.9
     shut = np.flatnonzero(np.diff(theirs < 0.1, prepend=False, append=False)).reshape(-1, 2)
-    within = [(start, stop) for start, stop in shut if start > 0 and stop < len(theirs)]
-    assert len(within) >= 4
-    assert all(ours[start - 2 : stop + 2].min() < 0.2 for start, stop in within)
+    seals = [(start, stop) for start, stop in shut if start and stop - start <= 12]  # no rests
+    assert len(seals) >= 3
+    assert all(ours[start - 2 : stop + 2].min() < 0.2 for start, stop in seals)
 
 
 def test_frames_that_do_not_wait_are_the_same_however_sound_is_cut(speech, soon):
