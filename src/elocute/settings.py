@@ -110,70 +110,24 @@ def setting(
     above: float | None = None,
     choices: Sequence[str] = (),
 ) -> Any:
-    """A field of a settings dataclass.
-
-    Parameters
-    ----------
-    default
-        Its default; without one it must be given.
-    help, unit, low, high, above, choices
-        As `Setting` takes them.
-
-    Returns
-    -------
-    dataclasses.Field
-    """
+    """A field of a settings dataclass, with what a `Setting` knows; required without a default."""
     about = Setting(help, unit, low, high, above, tuple(choices))
     return field(default=default, metadata={KEY: about})
 
 
 def settings_of(cls: type) -> list[tuple[Field[Any], Setting]]:
-    """The fields of a settings dataclass that are settings.
-
-    Parameters
-    ----------
-    cls : type
-        The dataclass.
-
-    Returns
-    -------
-    list of (dataclasses.Field, Setting)
-        In their order.
-    """
+    """The fields of a settings dataclass that are settings, in their order."""
     return [(each, each.metadata[KEY]) for each in fields(cls) if KEY in each.metadata]
 
 
 def setting_of(cls: type, name: str) -> Setting:
-    """What is known of one setting.
-
-    Parameters
-    ----------
-    cls : type
-        Its dataclass.
-    name : str
-        Its field.
-
-    Returns
-    -------
-    Setting
-    """
+    """What is known of one setting of a dataclass."""
     return next(known for each, known in settings_of(cls) if each.name == name)
 
 
 @lru_cache
 def types_of(cls: type) -> dict[str, tuple[Any, bool]]:
-    """The types of the fields of a dataclass.
-
-    Parameters
-    ----------
-    cls : type
-        The dataclass.
-
-    Returns
-    -------
-    dict of str to (type, bool)
-        The type of each field without `| None`, and whether None is allowed.
-    """
+    """The type of each field of a dataclass without `| None`, and whether None is allowed."""
     return {name: _without_none(hint) for name, hint in get_type_hints(cls).items()}
 
 
@@ -184,23 +138,10 @@ def check_settings(
     *,
     of: type | None = None,
 ) -> None:
-    """Refuse settings of another type or outside their range.
+    """Refuse settings of another type or outside their range, by an `error` for the first of them.
 
-    Parameters
-    ----------
-    given
-        An instance of a settings dataclass.
-    error : type of InputError
-        What is raised.
-    about : str
-        What the settings are of, where their names alone would not say it: "style".
-    of : type, optional
-        A class that `given` inherits from, whose settings alone are checked.
-
-    Raises
-    ------
-    InputError
-        An `error` for the first setting that does not fit.
+    `about` says what the settings are of, where their names alone would not say it: "style". With
+    `of`, a class that the dataclass inherits from, its settings alone are checked.
     """
     cls = of or type(given)
     for each, known in settings_of(cls):
@@ -219,15 +160,7 @@ def check_settings(
 def described(cls: Class) -> Class:
     """Add a Parameters section to the docstring of a dataclass, an entry for each setting.
 
-    Parameters
-    ----------
-    cls : type
-        The dataclass. Sections that its docstring has, such as Raises, follow the new one.
-
-    Returns
-    -------
-    type
-        The same class.
+    Sections that its docstring has, such as Raises, follow the new one.
     """
     found = settings_of(cls)
     if cls.__doc__ is not None and found:  # python -OO has none
@@ -240,16 +173,8 @@ def described(cls: Class) -> Class:
 def taking(cls: type) -> Callable[[Function], Function]:
     """A decorator for a function that takes the settings of a dataclass as `**settings`.
 
-    Parameters
-    ----------
-    cls : type
-        The dataclass.
-
-    Returns
-    -------
-    callable
-        Gives a function that shows each setting that it does not name itself in its signature and
-        docstring, and refuses other names as Python does, with the nearest one.
+    The function then shows each setting that it does not name itself in its signature and
+    docstring, and refuses other names as Python does, with the nearest one.
     """
 
     def decorate(function: Function) -> Function:

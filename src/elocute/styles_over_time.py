@@ -48,23 +48,9 @@ class _Layer:
 class StylesOverTime:
     """The styles and moods of a take, checked before anything is computed.
 
-    Parameters
-    ----------
-    model : SpeechModel
-        What resolves styles.
-    style
-        The style of the take, resolved.
-    mood : Mood
-        Its mood.
-    outputs : bool
-        As `SpeechModel.style` takes it.
-    edits : EditList, optional
-        What has style and mood items, perhaps.
-
-    Raises
-    ------
-    MotionError
-        For a style or mood that is not known, naming the edit, and for too many of them.
+    The model resolves styles; `style` is resolved already, and `outputs` is as `SpeechModel.style`
+    takes it. Raises MotionError for a style or mood of the edits that is not known, naming the
+    edit, and for too many of them.
     """
 
     def __init__(
@@ -93,24 +79,9 @@ class StylesOverTime:
             )
 
     def shares(self, count: int, fps: float) -> list[tuple[StyleAndMood, NDArray[np.float64]]]:
-        """How much of each style and mood is in each frame.
+        """How much of each style and mood is in each frame: shares (frame,) that sum to one.
 
-        Parameters
-        ----------
-        count : int
-            Number of frames.
-        fps : float
-            Frames per second.
-
-        Returns
-        -------
-        list of (StyleAndMood, (frame,))
-            Shares that sum to one; none that is zero throughout.
-
-        Raises
-        ------
-        MotionError
-            For times outside the take.
+        None of them is zero throughout. Raises MotionError for times outside the take.
         """
         times_s = np.arange(count) / fps
         styles = self._layered(self._styles, self._base.style, times_s, count / fps)
@@ -151,19 +122,10 @@ def mixed_takes(
     shares: Sequence[tuple[StyleAndMood, NDArray[np.float64]]],
     made: Callable[[StyleAndMood], tuple[Curves, NDArray[np.float32] | None]],
 ) -> tuple[Curves, NDArray[np.float32] | None]:
-    """One take of those in each style and mood.
+    """One take of those in each style and mood, by the shares (frame,) of `StylesOverTime`.
 
-    Parameters
-    ----------
-    shares : list of (StyleAndMood, (frame,))
-        From `StylesOverTime.shares`.
-    made : callable
-        The curves in a style and mood, and rotations (frame, joint, 4), or None.
-
-    Returns
-    -------
-    Curves, (frame, joint, 4) or None
-        Those of a single one as they are, or the means of several.
+    `made` gives the curves in a style and mood, and rotations (frame, joint, 4), or None. A single
+    take is returned as it is, several as their means.
     """
     takes = [(*made(each), share) for each, share in shares]
     if len(takes) == 1:

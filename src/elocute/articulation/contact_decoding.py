@@ -44,27 +44,16 @@ REACH_S = (BLOCK + AFTER) / 50.0 + HELD_S
 
 @dataclass(frozen=True)
 class Contact:
-    """A stretch of contact.
-
-    Parameters
-    ----------
-    start_s, end_s : float
-        Its first and last moment, s.
-    """
+    """A stretch of contact from its first to its last moment, s."""
 
     start_s: float
     end_s: float
 
 
 def contact_states(posteriors: FloatArray, first_row: int = 0) -> NDArray[np.int64]:
-    """What each row is: SEALED, AT_TEETH, or another number.
+    """What each row of phone posteriors (row, 40) is: SEALED, AT_TEETH, or another number.
 
-    Parameters
-    ----------
-    posteriors : (row, 40)
-        Of phones.
-    first_row : int
-        Where the first lies in the take.
+    `first_row` is where the first lies in the take.
 
     Returns
     -------
@@ -103,26 +92,12 @@ def decoded_contacts(
     first_row: int = 0,
     states: NDArray[np.int64] | None = None,
 ) -> list[Contact]:
-    """Stretches in which lips meet each other, or the teeth.
+    """Stretches, in order, in which lips meet each other (`kind` SEALED) or the teeth (AT_TEETH).
 
-    Parameters
-    ----------
-    posteriors : (row, 40)
-        Of phones.
-    rate : float
-        Rows per second.
-    kind : int
-        SEALED or AT_TEETH.
-    first_row : int
-        Where the first lies in the take.
-    states : (row,) int64, optional
-        What `contact_states` gives, where both kinds are asked for.
-
-    Returns
-    -------
-    list of Contact
-        In order, in seconds since the first row. A first p is shut before it is heard; between
-        seals that nearly touch the lips stay shut.
+    They are decoded from posteriors (row, 40) of phones, and are in seconds since the first row,
+    which is row `first_row` of the take. `states` (row,) is what `contact_states` gives, where both
+    kinds are asked for. A first p is shut before it is heard; between seals that nearly touch the
+    lips stay shut.
     """
     if not len(posteriors):
         return []
@@ -137,23 +112,9 @@ def decoded_contacts(
 
 
 def known_contacts(posteriors: FloatArray, rate: float, kind: int) -> list[Contact]:
-    """Stretches in which lips meet, of phones that are known instead of heard.
+    """As `decoded_contacts`, of phones that are known instead of heard.
 
     Each of them counts, however short: nothing is weighed against what it might be instead.
-
-    Parameters
-    ----------
-    posteriors : (row, 40)
-        Of phones.
-    rate : float
-        Rows per second.
-    kind : int
-        SEALED or AT_TEETH.
-
-    Returns
-    -------
-    list of Contact
-        As `decoded_contacts` gives them.
     """
     shares = _pooled(posteriors, kind)
     told = [
@@ -206,14 +167,7 @@ def _shaped(start_s: float, end_s: float, early_s: float, *, hummed: bool) -> tu
 
 
 def contact_track(contacts: list[Contact], times_s: FloatArray) -> NDArray[np.float32]:
-    """How far lips are shut at given moments.
-
-    Parameters
-    ----------
-    contacts : list of Contact
-        In order.
-    times_s : (frame,)
-        Moments, s.
+    """How far lips are shut at moments (frame,), s, by contacts in order.
 
     Returns
     -------

@@ -149,21 +149,10 @@ def make_contacts(
     first_frame: int = 0,
     first_row: int = 0,
 ) -> Curves:
-    """Add the driver's rests and contacts to the curves of another model.
+    """Add the driver's rests and contacts to another model's curves of the built-in head.
 
     Regression averages over what it is unsure of, so the lips of a trained model nearly meet where
-    they should; after this they do.
-
-    Parameters
-    ----------
-    curves : Curves
-        Of the built-in head.
-    log_posteriors, rate, style, first_frame, first_row
-        As `articulate` takes them.
-
-    Returns
-    -------
-    Curves
+    they should; after this they do. All but the curves is as `articulate` takes it.
     """
     posteriors = np.exp(log_posteriors).astype(np.float32)
     position, style = _TakePosition(first_frame, first_row), style or Style()
@@ -180,18 +169,8 @@ def finish_decoded(
 ) -> Curves:
     """Make the contacts of curves exact that nearly have them, then add what a style adds.
 
-    Parameters
-    ----------
-    curves : Curves
-        Of the built-in head.
-    seals, teeth : (frame,)
-        How far the lips are shut, and the lower lip is at the upper teeth, 0 to 1.
-    style : Style
-        How the person articulates.
-
-    Returns
-    -------
-    Curves
+    The curves are of the built-in head; `seals` and `teeth` (frame,) say how far the lips are shut,
+    and the lower lip is at the upper teeth, 0 to 1.
     """
     columns = _columns(curves)
     _bite(columns, _held(teeth))

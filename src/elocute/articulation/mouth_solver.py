@@ -82,21 +82,11 @@ class AskedMouth:
 def mouth_curves(
     rules: Float32Array, asked: AskedMouth, style: Style, strength: float
 ) -> Float32Array:
-    """Curves of the built-in head that measure what is asked.
+    """Curves of the built-in head that measure what is asked, with a strength from 0 to 2.
 
-    The least change of what the rules say, with contacts among the conditions: where lips meet,
-    jaw, width and the rest of the mouth still are as they were heard.
-
-    Parameters
-    ----------
-    rules : (row, curve) float32
-        What coarticulation makes of the phones, in the order of `curve_names`.
-    asked : AskedMouth
-        Of as many rows.
-    style : Style
-        How the person articulates.
-    strength : float
-        How far the mouth moves, 0 to 2.
+    The least change of what the rules say, (row, curve) in the order of `curve_names`, with
+    contacts among the conditions: where lips meet, jaw, width and the rest of the mouth still are
+    as they were heard.
 
     Returns
     -------

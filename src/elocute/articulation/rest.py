@@ -33,18 +33,10 @@ _FAR = 10**6  # rows
 def rest_share(
     silence: FloatArray, rate: float, *, starts: bool = True, edge_s: float = EDGE_S
 ) -> Float64Array:
-    """How far a mouth is at rest.
+    """How far a mouth is at rest, by the posterior (row,) of silence.
 
-    Parameters
-    ----------
-    silence : (row,)
-        Posterior of silence.
-    rate : float
-        Rows per second.
-    starts : bool
-        Whether the first row is the first of the take.
-    edge_s : float
-        A shorter pause at an edge of the take is speech.
+    `starts` says whether the first row is the first of the take; at an edge of the take a pause
+    shorter than `edge_s` is speech.
 
     Returns
     -------
@@ -62,16 +54,10 @@ def rest_share(
 
 
 def live_rest_share(silence: FloatArray, rate: float) -> Float64Array:
-    """How far a mouth is at rest, by what was heard so far: nobody knows how long a pause will be.
+    """How far a mouth is at rest, by the posterior (row,) of silence that was heard so far.
 
-    It settles once a pause has been long, and wakes as soon as somebody speaks.
-
-    Parameters
-    ----------
-    silence : (row,)
-        Posterior of silence.
-    rate : float
-        Rows per second.
+    Nobody knows how long a pause will be: the mouth settles once a pause has been long, and wakes
+    as soon as somebody speaks.
 
     Returns
     -------
@@ -94,12 +80,7 @@ def live_rest_share(silence: FloatArray, rate: float) -> Float64Array:
 def breath_share(
     silence: FloatArray, rate: float, *, starts: bool = True, edge_s: float = EDGE_S
 ) -> Float64Array:
-    """How far a mouth is open to breathe in before it speaks.
-
-    Parameters
-    ----------
-    silence, rate, starts, edge_s
-        As `rest_share` takes them.
+    """How far a mouth is open to breathe in before it speaks; arguments are those of `rest_share`.
 
     Returns
     -------

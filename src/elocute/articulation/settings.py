@@ -50,42 +50,12 @@ class AnimationSettings:
 
 
 def lays_contacts(contacts: object) -> bool:
-    """Whether contacts and rests are laid over by rule.
-
-    Parameters
-    ----------
-    contacts : str
-        "auto" or "off".
-
-    Returns
-    -------
-    bool
-
-    Raises
-    ------
-    InputError
-        For anything else.
-    """
+    """Whether contacts and rests are laid over by rule: "auto" or "off"; InputError for others."""
     return _choice("contacts", contacts) == "auto"
 
 
 def mixes_outputs(mix: object) -> bool:
-    """Whether the outputs of styles are mixed.
-
-    Parameters
-    ----------
-    mix : str
-        "output" or "input".
-
-    Returns
-    -------
-    bool
-
-    Raises
-    ------
-    InputError
-        For anything else.
-    """
+    """Whether the outputs of styles are mixed: "output" or "input"; InputError for others."""
     return _choice("mix", mix) == "output"
 
 

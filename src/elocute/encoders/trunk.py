@@ -60,17 +60,8 @@ SIZES_MAX = {
 class TrunkNetwork:
     """The ONNX file of a trunk, as `recipes.train_trunk` writes it.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    session : onnxruntime.InferenceSession, optional
-        Of the same file, where it was opened before.
-
-    Raises
-    ------
-    ModelError
-        When it is first used: for a file that is missing or no trunk.
+    A session may be given where the file was opened before. When it is first used, it raises
+    ModelError for a file that is missing or no trunk.
     """
 
     def __init__(self, path: str | Path, session: Any = None) -> None:
@@ -231,19 +222,8 @@ class TrunkRows:
 class TrunkStream:
     """Push sound at 16 kHz, take rows as soon as they are certain; flush at the end.
 
-    Parameters
-    ----------
-    network : TrunkNetwork
-        The trunk.
-    ahead : int
-        Rows that each layer sees ahead.
-    live : bool
-        Whether rows are wanted as soon as they can be, and layers see little ahead.
-
-    Raises
-    ------
-    ModelError
-        For a network of another form.
+    Each layer sees `ahead` rows ahead; a `live` stream gives rows as soon as they can be, and its
+    layers see little ahead. Raises ModelError for a network of another form.
     """
 
     def __init__(self, network: TrunkNetwork, ahead: int = AHEAD, *, live: bool = False) -> None:
@@ -280,18 +260,7 @@ class TrunkStream:
         self._listen(_rest())
 
     def push(self, samples: Float32Array) -> TrunkRows:
-        """Take a block of sound.
-
-        Parameters
-        ----------
-        samples : (sample,) float32
-            At 16 kHz.
-
-        Returns
-        -------
-        TrunkRows
-            The rows that are now certain.
-        """
+        """Take a block of sound (sample,) at 16 kHz, give the rows that are now certain."""
         self._samples += len(samples)
         return self._listen(samples)
 

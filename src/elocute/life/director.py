@@ -106,14 +106,8 @@ _FLASH = joined([rise(9), np.ones(4), 1 - rise(13)])
 class Director:
     """Rows of prosody in, rows of motion (row, channel) out, `LOOKAHEAD_ROWS` later.
 
-    Parameters
-    ----------
-    blinks : float
-        Share of the blinks that are made, 0 to 1.
-    blink_rate : float
-        How often lids close, 1 as people do on average.
-    person : Person
-        Who speaks.
+    `blinks` is the share of the blinks that are made, 0 to 1; `blink_rate` is how often lids close,
+    1 as people do on average.
     """
 
     def __init__(

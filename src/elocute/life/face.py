@@ -70,19 +70,7 @@ Columns = dict[str, Float64Array]
 
 @dataclass(frozen=True, eq=False)
 class LivingFace:
-    """A head, and how it lives.
-
-    Parameters
-    ----------
-    head : HeadModel
-        The head.
-    life : Life
-        How much moves beside the mouth.
-    mood : Mood
-        How they feel.
-    person : Person
-        Who they are.
-    """
+    """A head, how much of it moves beside the mouth, and the mood and person that it shows."""
 
     head: HeadModel
     life: Life
@@ -117,18 +105,7 @@ class LivingFace:
 def rows_of_frames(
     rows: Float32Array, first_row: int, first_frame: int, count: int, fps: float
 ) -> Float32Array:
-    """Life at frames.
-
-    Parameters
-    ----------
-    rows : (row, channel) float32
-        Of a `LifeStream`.
-    first_row : int
-        The number of the first of them.
-    first_frame, count : int
-        The frames wanted.
-    fps : float
-        Frames per second.
+    """Rows (row, channel) of a `LifeStream`, of which the first is number `first_row`, at frames.
 
     Returns
     -------
@@ -138,23 +115,9 @@ def rows_of_frames(
 
 
 def living_curves(curves: Curves, rows: Float32Array, life: Life, mood: Mood) -> Curves:
-    """A mouth's curves with the rest of the face.
+    """A mouth's curves of the built-in head with the rest of the face, by life (frame, channel).
 
-    Parameters
-    ----------
-    curves : Curves
-        Of the built-in head: what a speech model gives.
-    rows : (frame, channel) float32
-        Life at its frames.
-    life : Life
-        How much of it.
-    mood : Mood
-        How the person feels.
-
-    Returns
-    -------
-    Curves
-        0 to 1; curves that were not there before come last.
+    Curves are 0 to 1; those that were not there before come last.
     """
     lived, mood = rows.astype(np.float64), _felt(mood, rows)
     names = dict.fromkeys((*curves.names, *ARKIT_NAMES))
@@ -179,19 +142,10 @@ def living_curves(curves: Curves, rows: Float32Array, life: Life, mood: Mood) ->
 def living_rotations(
     head: HeadModel, rows: Float32Array, life: Life, mood: Mood
 ) -> Float32Array | None:
-    """How life turns the joints of a head.
+    """How life (frame, channel) turns the joints of a head.
 
-    Parameters
-    ----------
-    head : HeadModel
-        With joints called neck and head, or one of them; eyes turn by joints on a head that has
-        them and no eyeLook shapes.
-    rows : (frame, channel) float32
-        Life at the frames.
-    life : Life
-        How much of it.
-    mood : Mood
-        How the person feels.
+    Joints are called neck and head, or one of them; eyes turn by joints on a head that has them and
+    no eyeLook shapes.
 
     Returns
     -------
@@ -224,16 +178,7 @@ def _joint(head: HeadModel, name: str) -> int | None:
 
 
 def head_turns(rows: FloatArray, life: Life, mood: Mood) -> Float64Array:
-    """How the head turns.
-
-    Parameters
-    ----------
-    rows : (frame, channel) float32
-        Life at the frames.
-    life : Life
-        How much of it.
-    mood : Mood
-        How the person feels.
+    """How the head turns, by life (frame, channel) at the frames.
 
     Returns
     -------

@@ -36,15 +36,7 @@ GOLDEN, PLASTIC = 0.6180339887498949, 0.7548776662466927  # step evenly through 
 
 
 class Ground:
-    """Rows (row, channel) that go on for ever.
-
-    Parameters
-    ----------
-    channels : tuple of str
-        The columns.
-    person : Person
-        Who moves: others are elsewhere at the same time.
-    """
+    """Rows (row, channel) that go on for ever; other people are elsewhere at the same time."""
 
     def __init__(self, channels: tuple[str, ...], person: Person) -> None:
         place = np.arange(1, len(channels) + 1)

@@ -14,12 +14,7 @@ AHEAD_ROWS = 600  # an event reaches no further beyond the row that it was found
 class LookaheadBuffer:
     """Rows (row, channel) that are drawn into and then taken from the front.
 
-    Parameters
-    ----------
-    channels : int
-        Columns.
-    rows : int
-        How many rows before the newest one an event may begin.
+    An event may begin up to `rows` rows before the newest one.
     """
 
     def __init__(self, channels: int, rows: int) -> None:

@@ -150,19 +150,9 @@ def resolve_mood(given: str | Mood) -> Mood:
 
 
 def heard_mood(mood: Mood, lively: Float64Array, force: Float64Array) -> Mood:
-    """The mood of frames.
+    """The mood of frames: for AUTO one with numbers (frame,), for others the one that was chosen.
 
-    Parameters
-    ----------
-    mood : Mood
-        What was chosen; all but AUTO are returned as they are.
-    lively, force : (frame,) float64
-        How varied the voice is, and how much effort is in it, 0 to 1.
-
-    Returns
-    -------
-    Mood
-        For AUTO with numbers (frame,).
+    `lively` and `force` (frame,) say how varied the voice is, and how much effort is in it, 0 to 1.
     """
     if not mood.heard:
         return mood

@@ -47,16 +47,9 @@ AVERAGE = Person()
 
 
 def person_of(identity: FloatArray) -> Person:
-    """The person with a face.
+    """The person with a face of coefficients (identity,).
 
-    Parameters
-    ----------
-    identity : (identity,) float32
-        Coefficients of the face. The mean face is `AVERAGE`; zeros behind others change nothing.
-
-    Returns
-    -------
-    Person
+    The mean face is `AVERAGE`; zeros behind others change nothing.
     """
     place = np.arange(1, len(identity) + 1)
     # A wave of another length for each number: sums that no two faces share, and 0 of zeros.

@@ -28,22 +28,14 @@ HELD_ROWS, HELD_PITCH, HELD_DB = 38, 0.8, 5.0  # a voice so even for so long is 
 CALM_PITCH, LIVELY_PITCH = 1.5, 3.5  # deviations in semitones, over some three seconds of voice
 USUAL_LEAST, LATE = 0.0004, 0.01  # shares of a row in the means of 25 s and 1 s of voice
 FORCE_DB, BRIGHT_DB = (4.0, 16.0), (-9.0, 1.0)  # level and tilt above what is usual; tilt itself
-EVENT_ROWS = AHEAD + SMOOTH + max(PEAK, ONSET_WITHIN)
-"""A syllable or a beginning is told this many rows after its own."""
 
 
 @dataclass(frozen=True)
 class Syllable:
-    """A syllable's nucleus.
+    """A syllable's nucleus: the row where it is strongest, and how it stands out.
 
-    Parameters
-    ----------
-    row : int
-        Where it is strongest.
-    prominence : float
-        0 to 1: how far it stands out in strength and pitch.
-    pitch : float
-        Semitones above the voice's mean of late.
+    Its prominence is 0 to 1, in strength and pitch; its pitch is in semitones above the voice's
+    mean of late.
     """
 
     row: int

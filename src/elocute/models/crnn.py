@@ -44,14 +44,9 @@ COLUMN_S = HOP / RATE
 
 
 class CrnnModel:
-    """The recurrent model that ships (`crnn`), or a trained one from a file, as a SpeechModel.
+    """The recurrent model that ships (`crnn`), or a trained one from an .onnx, as a SpeechModel.
 
-    Parameters
-    ----------
-    path : str or Path
-        "crnn", or an .onnx that training wrote.
-    session : onnxruntime.InferenceSession, optional
-        Of the same file, where it was opened before.
+    A session may be given where the file was opened before.
 
     Raises
     ------

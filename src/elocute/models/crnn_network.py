@@ -79,14 +79,9 @@ def column_features(encoder: str) -> int:
 
 
 class CrnnNetwork:
-    """The network that ships (`crnn`), or a trained one from a file.
+    """The network that ships (`crnn`), or a trained one from an .onnx.
 
-    Parameters
-    ----------
-    path : str or Path
-        "crnn", or an .onnx that training wrote.
-    session : onnxruntime.InferenceSession, optional
-        Of the same file, where it was opened before.
+    A session may be given where the file was opened before.
 
     Raises
     ------
@@ -178,31 +173,16 @@ class CrnnNetwork:
 
 
 def stream_weights(model: CrnnNetwork, sound: Waveform, joins: str = "state") -> Float32Array:
-    """The weights of a whole sound, normalised by its peak.
+    """The weights of a whole sound, normalised by its peak (Tzirakis et al. 2019, section 6.4).
 
-    Parameters
-    ----------
-    model : CrnnNetwork
-        The network.
-    sound : Waveform
-        The sound.
-    joins : str
-        "state" lets the LSTM remember everything before; "pieces" restarts it every 15 frames and
-        smooths over the joins, as the paper does for sentences.
+    With joins "state" the LSTM remembers everything before; "pieces" restarts it every 15 frames
+    and smooths over the joins, as the paper does for sentences. Raises ModelError for other joins,
+    and for a file that is no such network.
 
     Returns
     -------
     (frame, component) float32
         At the model's frame rate.
-
-    Raises
-    ------
-    ModelError
-        For an unknown way of joining, and a file that is no such network.
-
-    References
-    ----------
-    Tzirakis et al. 2019, section 6.4.
     """
     if model.record.encoder == MEL:
         sound = sound.resample(RATE)

@@ -207,12 +207,7 @@ Progress = Callable[[float], None]
 class SoundBlocks:
     """A sound that is read once, block by block.
 
-    Parameters
-    ----------
-    sample_rate : int
-        Hz.
-    blocks : iterable of ((sample,) float32, float)
-        Each block, and the share of the whole that ends with it.
+    Each block (sample,) comes with the share of the whole that ends with it.
     """
 
     sample_rate: int
@@ -220,17 +215,7 @@ class SoundBlocks:
 
 
 def blocks_of(sound: Waveform) -> SoundBlocks:
-    """A sound in memory as blocks: a long one in several, since features take more memory.
-
-    Parameters
-    ----------
-    sound : Waveform
-        The sound.
-
-    Returns
-    -------
-    SoundBlocks
-    """
+    """A sound in memory as blocks: a long one in several, since features take more memory."""
     size, total = round(BLOCK_S * sound.sample_rate), len(sound.samples)
     blocks = [
         (sound.samples[first : first + size], min(1.0, (first + size) / total))

@@ -9,21 +9,9 @@ from elocute.motion.curves import Curves
 
 
 def finished_curves(bare: Curves, phones: Features | None, span: FrameSpan) -> Curves:
-    """A network's curves, finished by the driver's rules.
+    """A network's curves of a span of frames, finished by the driver's rules.
 
-    Parameters
-    ----------
-    bare : Curves
-        The frames of `span`, 0 to 1.
-    phones : Features or None
-        (row, 40) log-posteriors of phones, from which contacts and rests are made; None makes
-        neither.
-    span : FrameSpan
-        Where the frames lie in the take.
-
-    Returns
-    -------
-    Curves
+    Contacts and rests are made from `phones`, log-posteriors (row, 40); None makes neither.
     """
     if phones is None:
         return bare

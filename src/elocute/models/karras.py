@@ -46,16 +46,10 @@ BETWEEN = 0.5  # a window's middle lies between two rows
 
 
 class KarrasModel(VocaModel):
-    """A trained network of Karras et al. 2017 from a file, as a SpeechModel.
+    """A trained network of Karras et al. 2017 from an .onnx, as a SpeechModel.
 
-    The network gives a face every 8 ms, and frames are read between them.
-
-    Parameters
-    ----------
-    path : str or Path
-        An .onnx that `elocute train karras` wrote.
-    session : onnxruntime.InferenceSession, optional
-        Of the same file, where it was opened before.
+    The network gives a face every 8 ms, and frames are read between them. A session may be given
+    where the file was opened before.
 
     Raises
     ------

@@ -21,24 +21,14 @@ RIDGE = 1e-5  # of the mean squared length of a shape: decides between shapes th
 
 
 def basis_of(components: tuple[str, ...], basis: Float32Array | None) -> Float32Array:
-    """The shapes that a model's weights apply to.
+    """The shapes that a model's weights apply to: its own basis, or the built-in head's components.
 
-    Parameters
-    ----------
-    components : tuple of str
-        Shapes of the built-in head; used where the model has no basis of its own.
-    basis : (component, vertex, 3) float32 or None
-        The model's own, m.
+    Raises ModelError for a component that the built-in head has no shape for.
 
     Returns
     -------
     (component, vertex, 3) float32
         Metres.
-
-    Raises
-    ------
-    ModelError
-        For a component that the built-in head has no shape for.
     """
     if basis is not None:
         return basis
@@ -56,27 +46,10 @@ def basis_of(components: tuple[str, ...], basis: Float32Array | None) -> Float32
 def with_own_shapes(
     head: HeadModel, basis: Float32Array, names: tuple[str, ...], path: Path
 ) -> HeadModel:
-    """A head that a model's own shapes move.
+    """A head that a model's own shapes (component, vertex, 3), m, move, with one name for each.
 
-    Parameters
-    ----------
-    head : HeadModel
-        In the model's topology.
-    basis : (component, vertex, 3) float32
-        Its shapes, m.
-    names : tuple of str
-        One per shape.
-    path : Path
-        The model's file, for messages.
-
-    Returns
-    -------
-    HeadModel
-
-    Raises
-    ------
-    ModelError
-        For a head with another number of vertices.
+    The path of the model's file is for messages. Raises ModelError for a head with another number
+    of vertices.
     """
     if head.vertex_count != basis.shape[1]:
         raise ModelError.about(
@@ -95,24 +68,14 @@ def speech_names() -> tuple[str, ...]:
 def as_builtin(weights: Float32Array, basis: Float32Array) -> Float32Array:
     """The curves of the built-in head whose vertices come nearest to those of a model's shapes.
 
-    Bounded least squares, since curves below 0 mean nothing to a rig.
-
-    Parameters
-    ----------
-    weights : (frame, component) float32
-        Of the model's shapes.
-    basis : (component, vertex, 3) float32
-        Those shapes in the built-in topology, m.
+    Weights (frame, component) are of shapes (component, vertex, 3), m, in the built-in topology;
+    ModelError is raised for another. Bounded least squares, since curves below 0 mean nothing to a
+    rig.
 
     Returns
     -------
     (frame, curve) float32
         0 to 1, in the order of `speech_names`.
-
-    Raises
-    ------
-    ModelError
-        For another topology.
     """
     shapes = _flat(speech_names())
     if basis.shape[1] * 3 != shapes.shape[1]:
@@ -129,16 +92,9 @@ def as_builtin(weights: Float32Array, basis: Float32Array) -> Float32Array:
 
 
 def to_shapes(values: Float32Array, names: tuple[str, ...], basis: Float32Array) -> Float32Array:
-    """Project weights of built-in shapes onto another basis, by least squares of vertices.
+    """Project weights (frame, name) of built-in shapes onto another basis, by vertices.
 
-    Parameters
-    ----------
-    values : (frame, name) float32
-        Weights of the built-in head's shapes.
-    names : tuple of str
-        Those shapes.
-    basis : (component, vertex, 3) float32
-        In the built-in topology, m.
+    Least squares; the basis (component, vertex, 3) is in the built-in topology, m.
 
     Returns
     -------

@@ -16,15 +16,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BuiltinModel:
-    """A model that `open_model` knows by its name.
+    """A model that `open_model` knows by its name: its module and class here, and what it is.
 
-    Parameters
-    ----------
-    module, name : str
-        The module of this package that has it, and its class; without arguments it opens what is
-        shipped.
-    about : str
-        What it is, in a few words.
+    Without arguments the class opens what is shipped.
     """
 
     module: str

@@ -187,22 +187,10 @@ class CurveStream:
         return self._samples
 
     def push(self, samples: NDArray[np.floating] | NDArray[np.int16]) -> Curves | None:
-        """Take a block of sound.
+        """Take a block of sound (sample,) of floats within ±1 or int16, of any length.
 
-        Parameters
-        ----------
-        samples : (sample,) floats within ±1, or int16
-            A block of any length.
-
-        Returns
-        -------
-        Curves or None
-            The frames that are certain now; None where there is none.
-
-        Raises
-        ------
-        AudioError
-            For anything else, and after `flush`.
+        The frames that are certain now come back, or None where there is none. Raises AudioError
+        for anything else, and after `flush`.
         """
         with self._lock:
             return self._pushed(samples)
@@ -234,12 +222,9 @@ class CurveStream:
         return self._answer(count) if count > 0 else None
 
     def flush(self) -> Curves | None:
-        """End the sound.
+        """End the sound, and give the remaining frames.
 
-        Returns
-        -------
-        Curves or None
-            The remaining frames; None where there are none, or the sound was too short to be any.
+        None where there are none, or the sound was too short to be any.
         """
         with self._lock:
             return self._flushed()

@@ -50,23 +50,9 @@ class StyleErrors:
 
     @classmethod
     def from_record(cls, given: Any, components: int) -> StyleErrors:
-        """Of what `record` gave.
+        """The errors that `record` gave as JSON, of a model with so many weights.
 
-        Parameters
-        ----------
-        given
-            JSON.
-        components : int
-            How many weights the model has.
-
-        Returns
-        -------
-        StyleErrors
-
-        Raises
-        ------
-        ModelError
-            For anything else.
+        Raises ModelError for anything else.
         """
         try:
             gain = np.array(given["gain"], np.float64)
@@ -83,12 +69,7 @@ class StyleErrors:
         return cls(gain, covariance)
 
     def whitening(self, shapes: Float64Array) -> Float64Array:
-        """A matrix after which the errors have the same size in every direction.
-
-        Parameters
-        ----------
-        shapes : (component, direction) float64
-            The model's shapes, mm.
+        """A matrix after which the errors have the same size in every direction of shapes, mm.
 
         Returns
         -------
@@ -103,23 +84,9 @@ class StyleErrors:
 def measure_style_errors(
     model: SpeechModel, takes: Iterable[tuple[str, ObservedMotion]]
 ) -> StyleErrors:
-    """How a model errs where it speaks in the style of a recording.
+    """How a model errs where it speaks in the style of each recording that it learned.
 
-    Parameters
-    ----------
-    model : SpeechModel
-        With styles.
-    takes : iterable of (str, ObservedMotion)
-        Styles and recordings in them, as the model learned them.
-
-    Returns
-    -------
-    StyleErrors
-
-    Raises
-    ------
-    ModelError
-        For an unknown style, no recording, and motions of another topology.
+    Raises ModelError for an unknown style, no recording, and motions of another topology.
     """
     directions, shapes = directions_of(model)
     to_weights = np.linalg.pinv(shapes, rcond=WEAKEST)
@@ -135,21 +102,9 @@ def measure_style_errors(
 
 
 def errors_of(pairs: Iterable[tuple[Float64Array, Float64Array]]) -> StyleErrors:
-    """The errors of a model on some clips.
+    """The errors of a model on clips: weights (frame, component) as recorded and as it gives them.
 
-    Parameters
-    ----------
-    pairs : iterable of ((frame, component), (frame, component)) float64
-        Weights as recorded and as the model gives them, clip by clip.
-
-    Returns
-    -------
-    StyleErrors
-
-    Raises
-    ------
-    ModelError
-        For no clip.
+    Raises ModelError for no clip.
     """
     rows = list(pairs)
     if not rows:

@@ -51,26 +51,11 @@ class MixedStyle:
 
     __repr__ = one_line
 
-    @property
-    def mixed_input(self) -> Float32Array:
-        """(style,) share of each style, or the mix of inputs."""
-        return self.shares @ self.inputs
-
 
 def mix_of_shares(shares: Float32Array, *, outputs: bool) -> MixedStyle:
-    """Styles in given shares.
+    """Styles in given shares (style,) that sum to one.
 
-    Parameters
-    ----------
-    shares : (style,) float32
-        They sum to one.
-    outputs : bool
-        Whether the outputs of the styles are mixed; otherwise the network is given the mix.
-
-    Returns
-    -------
-    MixedStyle
-        With the inputs that have a share.
+    With `outputs` the outputs of the styles are mixed; otherwise the network is given the mix.
     """
     if not outputs:
         return MixedStyle(shares[None], np.ones(1, np.float32))
@@ -79,22 +64,9 @@ def mix_of_shares(shares: Float32Array, *, outputs: bool) -> MixedStyle:
 
 
 def checked_style(given: str | Path | Style) -> str | Style:
-    """A style as the methods of models take it.
+    """A style as the methods of models take it: a path as text, everything else as it is.
 
-    Parameters
-    ----------
-    given : str, Path or Style
-        What the caller gave.
-
-    Returns
-    -------
-    str or Style
-        A path as text; everything else as it is.
-
-    Raises
-    ------
-    InputError
-        For anything but a name, a path or a Style.
+    Raises InputError for anything but a name, a path or a Style.
     """
     check_kind("style", given, str | os.PathLike | Style, "a name, a mix, a .json file or a Style")
     return str(path_of(given)) if isinstance(given, os.PathLike) else given

@@ -69,18 +69,9 @@ def directions_of(model: SpeechModel) -> tuple[Float64Array, Float64Array]:
 def finished_weights(
     model: SpeechModel, speech: SpeechFeatures, style: Any, span: FrameSpan
 ) -> Float32Array:
-    """What a model does with a face, without blinks.
+    """What a model does with a face in a style that its `style` or `mix` gave, without blinks.
 
-    Parameters
-    ----------
-    model : SpeechModel
-        The model.
-    speech : SpeechFeatures
-        Features, with phones where contacts are made from them.
-    style
-        What its `style` or `mix` gave.
-    span : FrameSpan
-        The frames.
+    The features come with phones where contacts are made from them.
 
     Returns
     -------

@@ -115,14 +115,10 @@ def mouth_sizes() -> MouthSizes:
 
 
 class TalkersModel(StyledAsRules):
-    """The model of many talkers that ships (`talkers`), or one from a file, as a SpeechModel.
+    """The model of many talkers that ships (`talkers`), or one from an .onnx, as a SpeechModel.
 
-    Parameters
-    ----------
-    path : str or Path
-        "talkers", or an .onnx that `recipes.train_trunk` wrote.
-    session : onnxruntime.InferenceSession, optional
-        Of the same file, where it was opened before.
+    Such a file is what `recipes.train_trunk` writes; a session may be given where it was opened
+    before.
 
     Raises
     ------
@@ -276,16 +272,9 @@ def _heard_rows(speech: SpeechFeatures, begin: int, count: int) -> Float32Array:
 
 
 def rule_curves(log_posteriors: FloatArray, first_row: int, begin: int, count: int) -> Float32Array:
-    """What coarticulation alone makes of phones, a frame for each row.
+    """What coarticulation alone makes of log-posteriors (row, 40) of phones, a frame for each row.
 
-    Parameters
-    ----------
-    log_posteriors : (row, 40)
-        Of phones.
-    first_row : int
-        Where the first lies in the take.
-    begin, count : int
-        The first row wanted, and how many.
+    Rows lie in the take from `first_row` on; `count` of them are wanted, from row `begin` on.
 
     Returns
     -------

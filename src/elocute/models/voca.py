@@ -93,14 +93,9 @@ class VocaRecord:
 
 
 class VocaModel:
-    """The VOCA that ships (`voca`), or a trained one from a file, as a SpeechModel.
+    """The VOCA that ships (`voca`), or a trained one from an .onnx, as a SpeechModel.
 
-    Parameters
-    ----------
-    path : str or Path
-        "voca", or an .onnx that training wrote.
-    session : onnxruntime.InferenceSession, optional
-        Of the same file, where it was opened before.
+    A session may be given where the file was opened before.
 
     Raises
     ------

@@ -117,22 +117,11 @@ def fit_controls(
     own: MeasuredMouth | None = None,
     given: Float32Array | None = None,
 ) -> ControlFit:
-    """Fit weights of mouth shapes to a motion.
+    """Fit weights of mouth shapes to a motion of a head with the built-in head's shapes.
 
-    Parameters
-    ----------
-    motion : Motion
-        Of a head with the built-in head's shapes.
-    looks : sequence of dict of str to float
-        For each shape the curves of the head that it is, at weight one.
-    own : MeasuredMouth, optional
-        What the shapes do on their own mesh, where that is known.
-    given : (frame, control) float32, optional
-        Weights that a measured mouth corrects; without them they are found.
-
-    Returns
-    -------
-    ControlFit
+    `looks` says of each shape which curves of the head it is at weight one; `own`, what the shapes
+    do on their own mesh, where that is known. Weights `given` (frame, control) are corrected by a
+    measured mouth; without them they are found.
     """
     head = motion.head
     names = tuple(name for name in head.expression_names if is_of_mouth(name))

@@ -35,39 +35,16 @@ class Rig:
 
 
 def rig_of(head: HeadModel, vertices: NDArray[np.integer] | slice = ALL) -> Rig:
-    """The rig of a head, or of some of its vertices.
-
-    Parameters
-    ----------
-    head : HeadModel
-        The head.
-    vertices : (place,) of int or slice
-        Which vertices.
-
-    Returns
-    -------
-    Rig
-    """
+    """The rig of a head, or of some of its vertices."""
     weights = head.skin_weights[vertices].astype(np.float64)
     return Rig(head.joint_positions.astype(np.float64), head.joint_parents, weights)
 
 
 def vertex_transforms(rig: Rig, turns: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """How vertices are carried by their joints: posed = matrix · vertex + shift.
+    """How vertices are carried by joints that turn by (joint, 4): posed = matrix · vertex + shift.
 
-    Parameters
-    ----------
-    rig : Rig
-        Joints and skin weights.
-    turns : (joint, 4) float64
-        Unit quaternions wxyz.
-
-    Returns
-    -------
-    matrices : (vertex, 3, 3) float64
-        Blended rotations.
-    shifts : (vertex, 3) float64
-        Metres.
+    Turns are unit quaternions wxyz; blended rotations (vertex, 3, 3) come back, and shifts
+    (vertex, 3) in m.
     """
     rotations, translations = joint_transforms(turns, rig.joint_positions, rig.joint_parents)
     joints = len(rig.joint_parents)
@@ -76,12 +53,7 @@ def vertex_transforms(rig: Rig, turns: Float64Array) -> tuple[Float64Array, Floa
 
 
 def inverses(matrices: Float64Array) -> Float64Array:
-    """Invert small matrices by cofactors, many times faster than LAPACK.
-
-    Parameters
-    ----------
-    matrices : (..., 3, 3) float64
-        Regular.
+    """Invert small regular matrices by cofactors, many times faster than LAPACK.
 
     Returns
     -------
@@ -95,21 +67,10 @@ def inverses(matrices: Float64Array) -> Float64Array:
 def joint_slopes(
     rig: Rig, turns: Float64Array, points: Float64Array, joints: list[int]
 ) -> Float64Array:
-    """How posed vertices move as joints turn.
+    """How posed vertices move as `joints` turn, from points (vertex, 3), m, before posing.
 
-    The small rotations come after a joint's own, in its parent's frame: a displacement
-    ω × (y - pivot) of what hangs on it.
-
-    Parameters
-    ----------
-    rig : Rig
-        Joints and skin weights.
-    turns : (joint, 4) float64
-        Unit quaternions wxyz.
-    points : (vertex, 3) float64
-        Vertices before posing, m.
-    joints : list of int
-        The joints that turn.
+    Turns (joint, 4) are unit quaternions wxyz. The small rotations come after a joint's own, in its
+    parent's frame: a displacement ω × (y - pivot) of what hangs on it.
 
     Returns
     -------

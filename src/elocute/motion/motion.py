@@ -290,15 +290,7 @@ def checked_fps(fps: float) -> float:
 def check_reach(motion: Motion) -> None:
     """Raise MotionError where a motion of others takes a face where no face is.
 
-    Parameters
-    ----------
-    motion : Motion
-        As it was read.
-
-    Raises
-    ------
-    MotionError
-        For a vertex that goes further than `REACH_MAX_M`, and rotations that are none.
+    That is a vertex that goes further than `REACH_MAX_M`, and rotations that are none.
     """
     basis = motion.head.expression_basis
     reach = np.linalg.norm(basis, axis=2).max(axis=1, initial=0)

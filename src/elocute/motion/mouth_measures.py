@@ -28,19 +28,11 @@ TRACKED_RESTING = 0.01  # that trackers see between lips that touch
 
 
 def tracked_opening_share(gap: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How much of a tracked lip gap is a real opening.
+    """How much of a tracked lip gap, in distances of the outer eye corners, is a real opening.
 
     Trackers see a small gap between lips that touch. It is faded out where lips are nearly closed,
-    so that closed lips are closed on the head as well.
-
-    Parameters
-    ----------
-    gap
-        Any shape; gap of the inner lips in distances of the outer eye corners.
-
-    Returns
-    -------
-    Same shape: 0 up to `TRACKED_CLOSED`, rising smoothly to 1 at `TRACKED_OPEN`.
+    so that closed lips are closed on the head as well: the share is 0 up to `TRACKED_CLOSED`, and
+    rises smoothly to 1 at `TRACKED_OPEN`.
     """
     return smoothstep(np.clip((gap - TRACKED_CLOSED) / (TRACKED_OPEN - TRACKED_CLOSED), 0, 1))
 

@@ -40,55 +40,26 @@ class MouthResponse:
     rest: Float64Array
 
     def measures(self, values: FloatArray) -> Float64Array:
-        """Measures of curves.
-
-        Parameters
-        ----------
-        values : (frame, curve)
-            In the order of `names`.
+        """Measures, mm, of curves (frame, curve) in the order of `names`.
 
         Returns
         -------
         (frame, measure) float64
-            In mm; an opening below 0 is that of lips pressed together.
+            An opening below 0 is that of lips pressed together.
         """
         return values @ self.effects + self.rest
 
 
 @cache
 def builtin_response(names: tuple[str, ...]) -> MouthResponse:
-    """The response of the built-in head.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Curves, `jawOpen` among them.
-
-    Returns
-    -------
-    MouthResponse
-    """
+    """The response of the built-in head to curves, `jawOpen` among them."""
     return mouth_response(load_builtin_head(), names)
 
 
 def mouth_response(head: HeadModel, names: tuple[str, ...]) -> MouthResponse:
-    """Measure a head's response.
+    """Measure the response of a head with lips and landmarks to curves, `jawOpen` among them.
 
-    Parameters
-    ----------
-    head : HeadModel
-        With lips and landmarks.
-    names : tuple of str
-        Curves, `jawOpen` among them.
-
-    Returns
-    -------
-    MouthResponse
-
-    Raises
-    ------
-    HeadError
-        For a head without lips or landmarks.
+    Raises HeadError for a head without lips or landmarks.
     """
     values = np.zeros((1 + len(names), len(names)), np.float32)
     values[:, names.index("jawOpen")] = OPEN

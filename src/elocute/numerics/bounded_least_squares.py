@@ -156,20 +156,11 @@ def solve_box_chain(
 def solve_box_rows(
     gram: Float64Array, sides: Float64Array, low: float, high: float
 ) -> Float64Array:
-    """Minimise ½ xᵀ·gram·x - sideᵀ·x with low ≤ x ≤ high for many rows at once.
+    """Minimise ½ xᵀ·gram·x - sideᵀ·x with low ≤ x ≤ high for sides (row, unknown) at once.
 
-    For thousands of rows with one matrix, where `solve_box` row by row would take too long.
-    Projected gradients with momentum (Beck and Teboulle 2009): what has not settled after
+    For thousands of rows with one positive definite matrix, where `solve_box` row by row would take
+    too long. Projected gradients with momentum (Beck and Teboulle 2009): what has not settled after
     GRADIENT_STEPS differs by less than can be seen on a face.
-
-    Parameters
-    ----------
-    gram : (unknown, unknown)
-        Positive definite.
-    sides : (row, unknown)
-        Right-hand sides.
-    low, high : float
-        Bounds of every unknown.
 
     Returns
     -------

@@ -13,20 +13,7 @@ ROUNDED = 0.006
 def frame_rate(value: float | str) -> float:
     """A frame rate, exactly: 29.97 is 30000/1001, as in film and television.
 
-    Parameters
-    ----------
-    value : float or str
-        A number, or a fraction such as "30000/1001".
-
-    Returns
-    -------
-    float
-        Frames per second.
-
-    Raises
-    ------
-    InputError
-        For a text that is neither.
+    A number, or a fraction such as "30000/1001"; InputError for a text that is neither.
     """
     if isinstance(value, str):
         above, stroke, below = value.partition("/")

@@ -7,14 +7,9 @@ from numpy.typing import NDArray
 
 
 def best_paths(scores: NDArray[np.float32], switch: float) -> NDArray[np.int64]:
-    """The best sequence of states of each window.
+    """The best sequence of states of each window, by scores (window, row, state).
 
-    Parameters
-    ----------
-    scores : (window, row, state) float32
-        Logarithms of how well each state fits each row.
-    switch : float
-        What a change of states costs.
+    Scores are logarithms of how well each state fits each row; a change of states costs `switch`.
 
     Returns
     -------

@@ -44,19 +44,10 @@ def mel_points(low_hz: float, high_hz: float, count: int, scale: MelScale = "htk
 def triangles(
     corners: Float64Array, places: NDArray[np.floating] | NDArray[np.integer]
 ) -> Float64Array:
-    """Overlapping triangles of height one.
+    """Overlapping triangles (band, place) of height one, read at places (place,).
 
-    Parameters
-    ----------
-    corners
-        (band + 2,) not falling: band b rises from corner b to b + 1 and falls to b + 2. A side
-        of no width is a step (the second corner itself belongs to the side that falls).
-    places
-        (place,) where the triangles are read, in the unit of the corners.
-
-    Returns
-    -------
-    (band, place).
+    Corners (band + 2,) do not fall: band b rises from corner b to b + 1 and falls to b + 2. A side
+    of no width is a step (the second corner itself belongs to the side that falls).
     """
     low, middle, high = corners[:-2, None], corners[1:-1, None], corners[2:, None]
     up, down = middle - low, high - middle

@@ -9,27 +9,13 @@ from elocute.array_types import FloatArray, RealArray
 
 
 def monotone_cubic(times: RealArray, values: FloatArray, at: RealArray) -> NDArray[np.float64]:
-    """Cubics between knots that stay between them, with slope zero at both ends.
+    """Cubics (moment, column) between knots that stay between them, with slope zero at both ends.
 
-    Parameters
-    ----------
-    times
-        (knot,) rising.
-    values
-        (knot, column).
-    at
-        (moment,) in the unit of `times`; beyond both ends the end values hold.
-
-    Returns
-    -------
-    (moment, column).
-
-    Notes
-    -----
-    Slopes are the weighted harmonic means of Fritsch and Butland (1984), as in SciPy's
-    `PchipInterpolator`: zero where a value turns back, so nothing swings past a knot (weights
-    stay in 0…1, lips closed at two knots stay closed between them), and no stop on the way to a
-    further one. Unlike SciPy's, curves start and end at rest.
+    Values (knot, column) at rising times (knot,) are read at moments (moment,); beyond both ends
+    the end values hold. Slopes are the weighted harmonic means of Fritsch and Butland (1984), as in
+    SciPy's `PchipInterpolator`: zero where a value turns back, so nothing swings past a knot
+    (weights stay in 0…1, lips closed at two knots stay closed between them), and no stop on the way
+    to a further one. Unlike SciPy's, curves start and end at rest.
     """
     if len(times) == 1:
         return np.repeat(np.asarray(values, np.float64), len(at), axis=0)

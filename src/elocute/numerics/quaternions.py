@@ -68,19 +68,13 @@ def to_matrices(quaternions: FloatArray) -> FloatArray:
 
 
 def blend(first: FloatArray, second: FloatArray, share: FloatArray) -> FloatArray:
-    """Interpolate between two rotations, linearly and normalised: enough for near neighbours.
+    """Interpolate between unit quaternions wxyz by the share (..., 1) of the second, 0 to 1.
 
-    Parameters
-    ----------
-    first, second : (..., 4)
-        Unit quaternions wxyz.
-    share : (..., 1)
-        Share of the second, 0 to 1.
+    Linearly and normalised: enough for near neighbours.
 
     Returns
     -------
     (..., 4)
-        Unit quaternions wxyz.
     """
     sign = np.where((first * second).sum(-1, keepdims=True) < 0, -1.0, 1.0)
     mixed = first * (1 - share) + second * sign * share

@@ -12,20 +12,9 @@ GAP_MAX_S = 0.2
 
 
 def frame_places(first: int, count: int, rate: float, fps: float) -> NDArray[np.float64]:
-    """Where frames lie among rows of another rate.
+    """Where frames lie among rows of another rate: row numbers (frame,) with fractions.
 
-    Parameters
-    ----------
-    first, count
-        Which frames: `first` up to before `first + count`.
-    rate
-        Rows per second; row k is at k / rate.
-    fps
-        Frames per second; frame k is at k / fps.
-
-    Returns
-    -------
-    (frame,) row numbers, with fractions between rows.
+    Frames are `first` up to before `first + count`, frame k at k / fps; row k is at k / rate.
     """
     return np.asarray(np.arange(first, first + count) * rate / fps, np.float64)
 
@@ -33,18 +22,10 @@ def frame_places(first: int, count: int, rate: float, fps: float) -> NDArray[np.
 def neighbours(
     places: FloatArray, count: int
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
-    """The rows on both sides of each place, and the share of the second.
+    """The rows (place,) before and after each place, and the share of the row after, 0 to 1.
 
-    Parameters
-    ----------
-    places
-        (place,) row numbers with fractions; beyond both ends the end row holds.
-    count
-        Number of rows, one at least.
-
-    Returns
-    -------
-    (place,) row before, (place,) row after, (place,) share of the row after, 0 to 1.
+    Places (place,) are row numbers with fractions; beyond both ends of `count` rows the end row
+    holds.
     """
     places = np.clip(places, 0, count - 1)
     below = np.floor(places).astype(np.intp)
@@ -53,18 +34,9 @@ def neighbours(
 
 
 def read_rows(values: FloatArray, places: FloatArray) -> NDArray[np.float32]:
-    """Rows at even times read at other times: linear between rows, held beyond both ends.
+    """Rows (row, …) at even times read at other times, (place, …) float32.
 
-    Parameters
-    ----------
-    values
-        (row, …), one row at least.
-    places
-        (place,) row numbers with fractions, as `frame_places` gives.
-
-    Returns
-    -------
-    (place, …) float32.
+    Linear between rows, held beyond both ends; places (place,) are as `frame_places` gives them.
     """
     below, above, share = neighbours(places, len(values))
     share = share.reshape(-1, *[1] * (values.ndim - 1))
@@ -72,20 +44,9 @@ def read_rows(values: FloatArray, places: FloatArray) -> NDArray[np.float32]:
 
 
 def interpolate(times: RealArray, values: FloatArray, at: RealArray) -> NDArray[np.float64]:
-    """Straight lines between knots at any times; the end values hold beyond both ends.
+    """Straight lines (moment, column) between knots (knot, column) at any times.
 
-    Parameters
-    ----------
-    times
-        (knot,) rising.
-    values
-        (knot, column).
-    at
-        (moment,) in the unit of `times`.
-
-    Returns
-    -------
-    (moment, column).
+    Times (knot,) rise; the end values hold beyond both ends.
     """
     return np.stack([np.interp(at, times, column) for column in values.T], axis=1)
 

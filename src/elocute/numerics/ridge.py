@@ -12,57 +12,29 @@ SMALLEST = 1e-9
 
 
 def with_ridge(gram: FloatArray, share: float) -> NDArray[np.float64]:
-    """A Gram matrix whose diagonal is raised by a share of its mean.
+    """A Gram matrix (component, component) whose diagonal is raised by a share of its mean.
 
-    Parameters
-    ----------
-    gram
-        (component, component), shapes · shapesᵀ.
-    share
-        Ridge relative to the mean squared length of a shape. It decides between shapes that
-        look alike, and makes the matrix invertible.
-
-    Returns
-    -------
-    (component, component).
+    The share is relative to the mean squared length of a shape. The ridge decides between shapes
+    that look alike, and makes the matrix invertible.
     """
     return gram + share * np.trace(gram) / len(gram) * np.eye(len(gram))
 
 
 def ridge_projection(shapes: FloatArray, share: float = SMALLEST) -> NDArray[np.float64]:
-    """The matrix that takes vectors to the coefficients of shapes nearest to them.
+    """The matrix P (number, component) from vectors to the coefficients of shapes nearest to them.
 
-    Parameters
-    ----------
-    shapes
-        (component, number), rows.
-    share
-        Ridge as in `with_ridge`.
-
-    Returns
-    -------
-    (number, component) P: `vectors @ P` minimises |vectors - coefficients · shapes|² plus the
-    ridge.
+    With shapes (component, number), `vectors @ P` minimises |vectors - coefficients · shapes|² plus
+    the ridge, of a share as in `with_ridge`.
     """
     flat = np.asarray(shapes, np.float64)
     return np.asarray(np.linalg.solve(with_ridge(flat @ flat.T, share), flat).T, np.float64)
 
 
 def ridge_coefficients(shapes: FloatArray, target: FloatArray, cost: float) -> NDArray[np.float64]:
-    """c that minimises |target - c · shapes|² + cost · |c|².
+    """c (component,) that minimises |target - c · shapes|² + cost · |c|².
 
-    Parameters
-    ----------
-    shapes
-        (component, number), rows.
-    target
-        (number,).
-    cost
-        Of a squared coefficient, in the squared unit of the target.
-
-    Returns
-    -------
-    (component,).
+    Shapes are (component, number), the target (number,); the cost is in the squared unit of the
+    target.
     """
     gram = shapes @ shapes.T + cost * np.eye(len(shapes))
     return np.asarray(np.linalg.solve(gram, shapes @ target), np.float64)

@@ -11,22 +11,11 @@ from elocute.array_types import Float64Array, FloatArray
 
 
 def nearest_rotation(covariance: FloatArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The rotation R that maximises trace(Rᵀ · covariance), never a mirror image.
+    """The rotations R (..., 3, 3) that maximise trace(Rᵀ · covariance), never a mirror image.
 
-    Parameters
-    ----------
-    covariance
-        (..., 3, 3): Σ target · sourceᵀ over points about their means; R then turns the source
-        onto the target.
-
-    Returns
-    -------
-    (..., 3, 3) rotations, and (...) the maxima: divided by Σ |source|², the scale of the
-    similarity (Umeyama 1991, Eq. 42).
-
-    References
-    ----------
-    Kabsch (1976), A solution for the best rotation to relate two sets of vectors.
+    A covariance (..., 3, 3) is Σ target · sourceᵀ over points about their means; R then turns the
+    source onto the target (Kabsch 1976). The maxima (...) come with them: divided by Σ |source|²,
+    they are the scale of the similarity (Umeyama 1991, Eq. 42).
     """
     left, values, right = np.linalg.svd(np.asarray(covariance, np.float64))
     signs = np.ones(values.shape)
@@ -37,22 +26,10 @@ def nearest_rotation(covariance: FloatArray) -> tuple[NDArray[np.float64], NDArr
 def rigid_alignment(
     source: FloatArray, target: FloatArray, weights: FloatArray | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Rotation and shift that bring points nearest to others: target ≈ rotation · source + shift.
+    """Rotation (3, 3) and shift (3,) for which target ≈ rotation · source + shift (Kabsch 1976).
 
-    Parameters
-    ----------
-    source, target
-        (point, 3) in one unit, point for point; three points or more off one line.
-    weights
-        (point,) how much each counts, or None for all alike.
-
-    Returns
-    -------
-    Rotation (3, 3), and shift (3,) in the unit of the points.
-
-    References
-    ----------
-    Kabsch (1976), weighted.
+    Points (point, 3) correspond one to one, three or more of them off one line; weights (point,)
+    say how much each counts.
     """
     shares = np.full(len(source), 1 / len(source)) if weights is None else weights / weights.sum()
     middle, goal = shares @ source, shares @ target
@@ -75,14 +52,10 @@ class Similarity:
 def similarity_between(
     source: Float64Array, target: Float64Array, weights: Float64Array
 ) -> Similarity:
-    """The similarity that brings points nearest to others (Umeyama 1991).
+    """The similarity that brings points (point, 3) nearest to others (Umeyama 1991).
 
-    Parameters
-    ----------
-    source, target
-        (point, 3) in one unit, point for point; three points or more off one line.
-    weights
-        (point,) how much each counts.
+    Points correspond one to one, three or more of them off one line; weights (point,) say how much
+    each counts.
     """
     shares = weights / weights.sum()
     middle, goal = shares @ source, shares @ target

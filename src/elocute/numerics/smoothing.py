@@ -16,19 +16,10 @@ def smoothstep(share: Share) -> Share:
 
 
 def gaussian_smoothed(values: NDArray[np.floating], deviation: float) -> NDArray[np.float64]:
-    """Values smoothed over time by a Gaussian; the end values repeat beyond both ends.
+    """Values (row, …) smoothed over time by a Gaussian; the end values repeat beyond both ends.
 
-    Parameters
-    ----------
-    values
-        (row, …).
-    deviation
-        Standard deviation in rows, above 0; the kernel reaches three of them to both sides.
-
-    Returns
-    -------
-    (row, …), as `scipy.ndimage.gaussian_filter1d(values, deviation, axis=0, mode="nearest",
-    truncate=3)`.
+    Its standard deviation is in rows, above 0. As `scipy.ndimage.gaussian_filter1d(values,
+    deviation, axis=0, mode="nearest", truncate=3)`.
     """
     reach = max(1, round(3 * deviation))
     kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / deviation) ** 2)

@@ -58,18 +58,9 @@ def mouth_columns(motion: Motion) -> list[int]:
 def keep_contacts(before: Motion, after: Motion, size: NDArray[np.float64] | float = 1.0) -> Motion:
     """Take back what an edit did to contacts: lips that were sealed, a lip at the teeth.
 
-    Parameters
-    ----------
-    before, after : Motion
-        Without and with the edit; the same frames.
-    size : (frame,) or float
-        Sealed lips come back as this part of what they were, 0 to 1. A smaller jaw need not open
-        for a contact: lips together at rest and at the contact are together between them.
-
-    Returns
-    -------
-    Motion
-        `after`, but for frames where it parts what was in contact, and 50 ms around them.
+    `after` is kept but for frames where it parts what was in contact `before`, and 50 ms around
+    them. Sealed lips come back as the part `size` (frame,) of what they were, 0 to 1. A smaller jaw
+    need not open for a contact: lips together at rest and at the contact are together between them.
     """
     columns = mouth_columns(before)
     broken = sealed_frames(before) & (_openings_mm(after) > SEALED_MM)

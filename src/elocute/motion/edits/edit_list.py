@@ -101,21 +101,9 @@ def read_edits(path: str | Path) -> EditList:
 
 
 def edits_of(given: EditList | str | Path | Mapping[str, Any]) -> EditList:
-    """The edits that a caller means.
+    """An edit list as a caller gives it: the list, its file, or what such a file holds.
 
-    Parameters
-    ----------
-    given : EditList, str, Path or mapping
-        An edit list, its file, or what such a file holds.
-
-    Returns
-    -------
-    EditList
-
-    Raises
-    ------
-    MotionError
-        As `read_edits`.
+    Raises MotionError as `read_edits` does.
     """
     if isinstance(given, EditList):
         return given

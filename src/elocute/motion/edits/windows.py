@@ -20,22 +20,11 @@ def window(
     *,
     around: bool = False,
 ) -> NDArray[np.float64]:
-    """How much of an edit holds.
+    """How much of an edit holds at times (frame,), s, from 0 to 1.
 
-    Parameters
-    ----------
-    times_s : (frame,)
-        Seconds.
-    start_s, stop_s : float or None
-        None for an end of the motion, where nothing is blended.
-    blend_s : (float, float)
-        How long it comes and goes, s; in a shorter window in proportion.
-    around : bool
-        Blend before `start_s` and after `stop_s` instead of within.
-
-    Returns
-    -------
-    (frame,) 0 to 1.
+    None as start or stop is an end of the motion, where nothing is blended. The edit comes and goes
+    within `blend_s`, in a shorter window in proportion; with `around` before `start_s` and after
+    `stop_s` instead of within.
     """
     come, go = blend_s
     if start_s is not None and stop_s is not None and not around and come + go > stop_s - start_s:
@@ -56,19 +45,7 @@ def _ramp(since_s: NDArray[np.float64], length_s: float) -> NDArray[np.float64]:
 
 
 def mixed(before: Motion, after: Motion, share: NDArray[np.float64]) -> Motion:
-    """Two motions of one head and length, mixed frame by frame.
-
-    Parameters
-    ----------
-    before, after : Motion
-        Of the same frames and components.
-    share : (frame,)
-        Of `after`, 0 to 1.
-
-    Returns
-    -------
-    Motion
-    """
+    """Two motions of the same frames and components, mixed by the share (frame,) of the second."""
     part = share[:, None].astype(np.float32)
     weights = np.where(part == 1, after.weights, before.weights)
     between = (share > 0) & (share < 1)
