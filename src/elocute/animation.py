@@ -285,11 +285,11 @@ def _unheard(sound: Path | Waveform) -> str:
     """What to know where nothing was heard."""
     from elocute.audio.read import probe_audio
 
-    told = "no speech heard: the mouth stays as it is"
+    notice = "no speech heard: the mouth stays as it is"
     tracks = () if isinstance(sound, Waveform) else probe_audio(sound).tracks
     if tracks:
-        told += f"; it has {len(tracks)} audio tracks, of which `track` takes another"
-    return told
+        notice += f"; it has {len(tracks)} audio tracks, of which `track` takes another"
+    return notice
 
 
 class _Listener:

@@ -120,14 +120,14 @@ def _named(style: str) -> str:
 
 def mixed_takes(
     shares: Sequence[tuple[StyleAndMood, NDArray[np.float64]]],
-    made: Callable[[StyleAndMood], tuple[Curves, NDArray[np.float32] | None]],
+    take_in: Callable[[StyleAndMood], tuple[Curves, NDArray[np.float32] | None]],
 ) -> tuple[Curves, NDArray[np.float32] | None]:
     """One take of those in each style and mood, by the shares (frame,) of `StylesOverTime`.
 
-    `made` gives the curves in a style and mood, and rotations (frame, joint, 4), or None. A single
-    take is returned as it is, several as their means.
+    `take_in` gives the curves in a style and mood, and rotations (frame, joint, 4), or None. A
+    single take is returned as it is, several as their means.
     """
-    takes = [(*made(each), share) for each, share in shares]
+    takes = [(*take_in(each), share) for each, share in shares]
     if len(takes) == 1:
         return takes[0][:2]
     names = tuple(dict.fromkeys(name for curves, _, _ in takes for name in curves.names))

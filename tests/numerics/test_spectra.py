@@ -6,9 +6,15 @@ import pytest
 from scipy.fft import dct
 from scipy.signal.windows import hann as scipy_hann
 
-from elocute.numerics.cosine_transform import dct_matrix
-from elocute.numerics.mel import MelScale, hz_to_mel, mel_points, mel_to_hz, triangles
-from elocute.numerics.windows import hann
+from elocute.numerics.spectra import (
+    MelScale,
+    dct_matrix,
+    hann,
+    hz_to_mel,
+    mel_points,
+    mel_to_hz,
+    triangles,
+)
 
 
 @pytest.mark.parametrize("length", [7, 400, 882])

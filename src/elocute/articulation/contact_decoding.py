@@ -117,12 +117,12 @@ def known_contacts(posteriors: FloatArray, rate: float, kind: int) -> list[Conta
     Each of them counts, however short: nothing is weighed against what it might be instead.
     """
     shares = _pooled(posteriors, kind)
-    told = [
+    stretches = [
         (start, stop)
         for start, stop in runs(shares > KNOWN_SHARE)
         if shares[start:stop].sum() >= KNOWN_ROWS
     ]
-    return _contacts(told, shares, posteriors, rate, kind, heard=False)
+    return _contacts(stretches, shares, posteriors, rate, kind, heard=False)
 
 
 def _pooled(posteriors: FloatArray, kind: int) -> FloatArray:
@@ -141,7 +141,7 @@ def _contacts(
     """Stretches of rows as lips make them."""
     back, silence = round(WAIT_S * rate), posteriors[:, SILENCE]
     early_s = RELEASE_S if heard and kind == SEALED else 0.0
-    found: list[Contact] = []
+    contacts: list[Contact] = []
     for start, stop in stretches:
         core = np.flatnonzero(evidence[start:stop] >= CORE * evidence[start:stop].max())
         start, stop = start + int(core[0]), start + int(core[-1]) + 1
@@ -151,10 +151,10 @@ def _contacts(
         hummed = posteriors[start:stop, HUMMED].sum() > HUM_SHARE * evidence[start:stop].sum()
         begin_s, end_s = _shaped(start / rate, (stop - 1) / rate, early_s, hummed=bool(hummed))
         contact = Contact(min(waiting / rate, begin_s), end_s)
-        if found and contact.start_s - found[-1].end_s < BETWEEN_S:
-            contact = Contact(found.pop().start_s, contact.end_s)
-        found.append(contact)
-    return found
+        if contacts and contact.start_s - contacts[-1].end_s < BETWEEN_S:
+            contact = Contact(contacts.pop().start_s, contact.end_s)
+        contacts.append(contact)
+    return contacts
 
 
 def _shaped(start_s: float, end_s: float, early_s: float, *, hummed: bool) -> tuple[float, float]:

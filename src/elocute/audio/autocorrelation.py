@@ -13,7 +13,7 @@ import numpy as np
 
 from elocute.array_types import Float32Array, FloatArray
 from elocute.audio.waveform import SPEECH_RATE
-from elocute.numerics.windows import hann
+from elocute.numerics.spectra import hann
 
 STRETCH, HOP = 256, 128  # samples: 16 ms, 8 ms
 COEFFICIENTS = 32

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from elocute.audio.spectral import mel_filterbank
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
-from elocute.numerics.windows import hann
+from elocute.numerics.spectra import hann
 from elocute.one_line_repr import one_line
 
 RATE = 44100

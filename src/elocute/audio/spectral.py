@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
-from elocute.numerics.cosine_transform import dct_matrix
-from elocute.numerics.mel import MelScale, mel_points, triangles
-from elocute.numerics.windows import hann
+from elocute.numerics.spectra import MelScale, dct_matrix, hann, mel_points, triangles
 
 
 def mel_filterbank(

@@ -10,8 +10,7 @@ import numpy as np
 
 from elocute.array_types import Float32Array
 from elocute.audio.waveform import SPEECH_RATE
-from elocute.numerics.mel import mel_points, triangles
-from elocute.numerics.windows import hann
+from elocute.numerics.spectra import hann, mel_points, triangles
 
 HOP = 160  # 10 ms
 WINDOW = 400  # 25 ms

@@ -103,26 +103,26 @@ class TrunkNetwork:
     def _outputs(self) -> list[str]:
         return [output.name for output in self.session.get_outputs()]
 
-    def run(self, given: dict[str, Float32Array]) -> dict[str, Float32Array]:
+    def run(self, inputs: dict[str, Float32Array]) -> dict[str, Float32Array]:
         """Named arrays in and out.
 
         Raises ModelError for a network of another form, and for NaN or infinity in its answers.
         """
         try:
-            answers = self.session.run(self._outputs, given)
+            answers = self.session.run(self._outputs, inputs)
         except Exception as error:  # onnxruntime has no common base of its own
             raise ModelError.about(
                 self.path, found="a network of another form", allowed="a trunk"
             ) from error
-        found = dict(zip(self._outputs, answers, strict=True))
-        rows = len(given["positions"])
+        outputs = dict(zip(self._outputs, answers, strict=True))
+        rows = len(inputs["positions"])
         for name, columns in self.answers.items():
-            answer = found.get(name)
+            answer = outputs.get(name)
             if answer is None or answer.shape != (rows, columns) or not np.isfinite(answer).all():
                 raise ModelError.about(
                     self.path, found=f"no {name} of (rows, {columns})", allowed="a trunk"
                 )
-        return found
+        return outputs
 
     @cached_property
     def answers(self) -> dict[str, int]:
@@ -271,8 +271,8 @@ class TrunkStream:
         self._total = 2 * REST_ROWS + rows
         short = rows * ROW_SAMPLES - self._samples
         padding = np.zeros(short + (self._late + self._block) * ROW_SAMPLES, np.float32)
-        given = max(0, self._fed - self._late - REST_ROWS)
-        return self._listen(np.concatenate([_rest(), padding])).part(0, rows - given)
+        returned = max(0, self._fed - self._late - REST_ROWS)
+        return self._listen(np.concatenate([_rest(), padding])).part(0, rows - returned)
 
     @property
     def coming_phones(self) -> Float32Array:
@@ -283,18 +283,18 @@ class TrunkStream:
         """Run all whole blocks."""
         self._bands = np.concatenate([self._bands, self._mel.push(samples)])
         self._peaks = np.concatenate([self._peaks, self._mel.peaks])
-        given = [TrunkRows(*(_nothing(0, n) for n in self._network.answers.values()))]
+        parts = [TrunkRows(*(_nothing(0, n) for n in self._network.answers.values()))]
         while blocks := (len(self._bands) - 2 * CONTEXT + 1) // (2 * self._block):
             before = max(0, REST_ROWS + self._late - self._fed)  # heard, but not given
-            given.append(self._run(min(blocks, RUN_BLOCKS)).part(before, None))
-        return TrunkRows.joined(given)
+            parts.append(self._run(min(blocks, RUN_BLOCKS)).part(before, None))
+        return TrunkRows.joined(parts)
 
     def _run(self, blocks: int) -> TrunkRows:
         """The next rows through all layers."""
         network, fed, rows = self._network, self._fed, blocks * self._block
         starts = self._block * np.arange(blocks)
         places = (fed + np.arange(rows)) % network.record["period"]
-        given = {
+        inputs = {
             "bands": self._bands[: 2 * rows + 2 * CONTEXT - 1],
             "positions": network.positions[places],
             "windows": starts[:, None] + np.arange(self._window),
@@ -303,19 +303,21 @@ class TrunkStream:
         }
         for number, layer in enumerate(self._state):
             for part in KEPT:
-                given[f"{part}_{number}"] = getattr(layer, part)
-            given[f"seen_{number}"] = self._seen(fed - number * self._ahead + starts)
-        found = network.run(given)
+                inputs[f"{part}_{number}"] = getattr(layer, part)
+            inputs[f"seen_{number}"] = self._seen(fed - number * self._ahead + starts)
+        outputs = network.run(inputs)
         for number, layer in enumerate(self._state):
             for part in KEPT:
-                setattr(layer, part, _moved_on(getattr(layer, part), found[f"{part}_{number}_new"]))
-        self._mouth = _moved_on(self._mouth, found["mouth_new"])
-        self._phones = _moved_on(self._phones, found["phones_new"])
+                setattr(
+                    layer, part, _moved_on(getattr(layer, part), outputs[f"{part}_{number}_new"])
+                )
+        self._mouth = _moved_on(self._mouth, outputs["mouth_new"])
+        self._phones = _moved_on(self._phones, outputs["phones_new"])
         self._bands = self._bands[2 * rows :]
         self._fed += rows
         quiet, ready = self._quiet(rows)[:, None], dict[str, Float32Array]()
         for name, waiting in self._waiting.items():
-            joined = np.concatenate([waiting, found[name]])
+            joined = np.concatenate([waiting, outputs[name]])
             ready[name], self._waiting[name] = joined[:rows], joined[rows:]
         return TrunkRows(
             np.where(quiet, np.float32(0), ready["hidden"]),

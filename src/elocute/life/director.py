@@ -415,11 +415,11 @@ class Director:
         """Close the lids, unless they just did; then draw when to do it without a reason."""
         mean = (SPEAKING_MEAN if self._finder.speaking else SILENT_MEAN) / self._blink_rate
         wait = -mean / 2 * (math.log(1 - 0.97 * self._draw()) + math.log(1 - 0.97 * self._draw()))
-        partial, made = self._draw(), self._draw() < self._blinks
+        partial, shown = self._draw(), self._draw() < self._blinks
         if row - self._last_blink < REFRACTORY:
             return
         self._last_blink, self._next_blink = row, row + round(REFRACTORY + wait)
-        if made:
+        if shown:
             depth = 1.0 if partial > 0.18 else 0.5 + 2.2 * partial
             self._canvas.pulse(BLINK, row, self._closure, depth)
             self._canvas.pulse(LOOK_DOWN, row, self._closure, depth)

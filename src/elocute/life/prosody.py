@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array, Float64Array
 from elocute.audio.waveform import SPEECH_RATE
-from elocute.numerics.windows import hann
+from elocute.numerics.spectra import hann
 
 ROW_RATE = 100.0
 """Rows per second."""
@@ -100,8 +100,8 @@ def prosody_rows(samples: Float64Array) -> Float64Array:
     score = np.where(peaks, middle - OCTAVE_COST * np.log2(_LAGS / _LAGS[0]), -1.0)
     best = score.argmax(axis=1)
     rows = np.arange(len(frames))
-    found = score[rows, best] > -1
-    height = np.where(found, middle[rows, best], 0.0)
+    periodic = score[rows, best] > -1
+    height = np.where(periodic, middle[rows, best], 0.0)
     voicing = np.clip((height - 0.35) / 0.35, 0, 1)
     lag = _LAGS[best] + _vertex(likeness, rows, best)
     pitch = np.where(voicing > 0, 12 * np.log2(SPEECH_RATE / lag / 100), 0.0)

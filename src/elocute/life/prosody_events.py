@@ -99,16 +99,16 @@ class EventFinder:
         self.speaking = False
 
     def push(self, rows: Float64Array) -> list[Event]:
-        """Take a batch (row, 4) of prosody; give what can be told now, in its order."""
+        """Take a batch (row, 4) of prosody; give the events now certain, in their order."""
         assert len(rows) == BATCH
-        found: list[Event] = []
+        events: list[Event] = []
         for row in rows.tolist():
             self.row += 1
             self._hear(row)
-            found += self._phrases()
-            found += self._hesitation()
-            found += self._syllables()
-        return found
+            events += self._phrases()
+            events += self._hesitation()
+            events += self._syllables()
+        return events
 
     def _hear(self, row: list[float]) -> None:
         level = row[LEVEL]

@@ -75,12 +75,12 @@ class LifeStream:
         return np.concatenate(rows)
 
     def _rows(self, batches: Iterable[Float64Array]) -> Float32Array:
-        found = [np.zeros((0, len(CHANNELS)), np.float32)]
+        parts = [np.zeros((0, len(CHANNELS)), np.float32)]
         for batch in batches:
             while self._turns and self._turns[0][0] <= self._heard_rows / ROW_RATE:
                 self._listening = self._turns.pop(0)[1]
             self._heard_rows += len(batch)
-            found.append(self._director.push(batch, self._listening))
-        rows = np.concatenate(found)
+            parts.append(self._director.push(batch, self._listening))
+        rows = np.concatenate(parts)
         self._given += len(rows)
         return rows

@@ -168,8 +168,8 @@ class CrnnNetwork:
         starts: NDArray[np.int64],
         state: tuple[Float32Array, Float32Array],
     ) -> list[Float32Array]:
-        given = {"columns": columns, "starts": starts, "hidden": state[0], "cell": state[1]}
-        return run_session(self.session, self.path, names, given)
+        inputs = {"columns": columns, "starts": starts, "hidden": state[0], "cell": state[1]}
+        return run_session(self.session, self.path, names, inputs)
 
 
 def stream_weights(model: CrnnNetwork, sound: Waveform, joins: str = "state") -> Float32Array:
@@ -363,8 +363,8 @@ class _Columns:
             return np.full(len(middles), self._level[1])
         ends = np.clip(middles + WINDOW // 2 - self._offset, 0, len(self._samples))
         loud = np.maximum.accumulate(np.abs(self._samples)) if len(self._samples) else np.zeros(1)
-        found = np.where(ends > 0, loud[np.maximum(ends - 1, 0)], 0.0)
-        peaks = np.maximum.accumulate(np.maximum(found, self._peak))
+        loudest = np.where(ends > 0, loud[np.maximum(ends - 1, 0)], 0.0)
+        peaks = np.maximum.accumulate(np.maximum(loudest, self._peak))
         self._peak = float(peaks[-1])
         return peaks.astype(np.float64)
 

@@ -274,13 +274,13 @@ def extract_features(
     samples = 0
     for block, share in source.blocks:
         samples += len(block)
-        for stream, given in zip(used, rows, strict=True):
-            given.append(stream.push(block))
+        for stream, pushed in zip(used, rows, strict=True):
+            pushed.append(stream.push(block))
         if progress:
             progress(share)
     features = [
-        Features(np.concatenate([*given, stream.flush()]), stream.rate, stream.name)
-        for stream, given in zip(used, rows, strict=True)
+        Features(np.concatenate([*pushed, stream.flush()]), stream.rate, stream.name)
+        for stream, pushed in zip(used, rows, strict=True)
     ]
     speech = SpeechFeatures(
         features[0], features[-1] if streams.phones is not None else None, known=phones is not None

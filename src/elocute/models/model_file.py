@@ -45,14 +45,14 @@ def stored_record(session: Any) -> dict[str, Any]:
     return record if isinstance(record, dict) else {}
 
 
-def run_session(session: Any, path: Path, names: list[str], given: dict[str, Any]) -> list[Any]:
+def run_session(session: Any, path: Path, names: list[str], inputs: dict[str, Any]) -> list[Any]:
     """Run a network on named arrays.
 
     Raises ModelError for a network of another form, and for NaN or infinity in its outputs, as
     broken weights give.
     """
     try:
-        answers = session.run(names, given)
+        answers = session.run(names, inputs)
     except Exception as error:  # onnxruntime has no common base of its own
         raise ModelError.about(
             path,

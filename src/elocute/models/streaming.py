@@ -204,10 +204,10 @@ class CurveStream:
         # Each piece gives one row or none, so that a frame knows as much however sound is cut.
         size = self.sample_rate // PIECES_PER_S
         pieces = np.split(block, range(size - self._samples % size, len(block), size))
-        made = [each for piece in pieces if (each := self._heard(piece)) is not None]
-        if not made:
+        parts = [each for piece in pieces if (each := self._heard(piece)) is not None]
+        if not parts:
             return None
-        return replace(made[0], values=np.concatenate([each.values for each in made]))
+        return replace(parts[0], values=np.concatenate([each.values for each in parts]))
 
     def _heard(self, block: Float32Array) -> Curves | None:
         """The frames that are certain, or can be made, with another block."""
@@ -424,8 +424,8 @@ class Stream:
             self._rows, self._first_row = self._rows[drop:], self._first_row + drop
 
     def __repr__(self) -> str:
-        given = self._curves.frames_given
-        return f"Stream({self._curves.model.name}, {self._curves.fps:g} fps, {given} frames given)"
+        count = self._curves.frames_given
+        return f"Stream({self._curves.model.name}, {self._curves.fps:g} fps, {count} frames given)"
 
 
 @taking(StreamSettings)
@@ -510,13 +510,13 @@ def _live_lookahead(model: SpeechModel, sample_rate: int, lookahead: float | str
     """A look-ahead in s, None where frames are exact. Raises InputError."""
     if lookahead == EXACT:
         return None
-    given, least = real_number(lookahead), _least_lookahead(model, sample_rate)
-    if given is None or not least <= given <= LOOKAHEAD_MAX_S:
+    seconds, least = real_number(lookahead), _least_lookahead(model, sample_rate)
+    if seconds is None or not least <= seconds <= LOOKAHEAD_MAX_S:
         allowed = f"exact ({model.name})"
         if math.isfinite(least):
             allowed = f"exact, or {math.ceil(100 * least) / 100:g} to {LOOKAHEAD_MAX_S:g} s"
         raise InputError.about("`lookahead`", found=brief(lookahead), allowed=allowed)
-    return given
+    return seconds
 
 
 def _check_level(level: SoundLevel | None) -> None:
@@ -539,19 +539,19 @@ def strength_in_mood(strength: float, mood: Mood) -> float:
 
 def checked_block(samples: NDArray[np.generic], sample_rate: int, offset: int) -> Float32Array:
     """(sample,) float32 within the range of sound. Raises AudioError."""
-    given = array_of(samples, "block", error=AudioError, allowed="samples")
-    if given.size > NUMBERS_MAX:
+    array = array_of(samples, "block", error=AudioError, allowed="samples")
+    if array.size > NUMBERS_MAX:
         raise AudioError.about(
-            "block", found=f"{given.size} samples", allowed=f"up to {NUMBERS_MAX} in one block"
+            "block", found=f"{array.size} samples", allowed=f"up to {NUMBERS_MAX} in one block"
         )
-    if given.ndim != 1 or (given.dtype.kind != "f" and given.dtype != np.int16):
+    if array.ndim != 1 or (array.dtype.kind != "f" and array.dtype != np.int16):
         raise AudioError.about(
             "block",
-            found=f"{given.dtype} of shape {given.shape}",
+            found=f"{array.dtype} of shape {array.shape}",
             allowed="(sample,) of floats within ±1 or 16-bit integers",
         )
-    scale = np.float32(INT16_SCALE) if given.dtype == np.int16 else np.float32(1)
+    scale = np.float32(INT16_SCALE) if array.dtype == np.int16 else np.float32(1)
     with np.errstate(over="ignore"):
-        block = given.astype(np.float32) * scale
+        block = array.astype(np.float32) * scale
     check_samples("block", block, sample_rate, offset)
     return block

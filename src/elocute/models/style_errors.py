@@ -95,8 +95,8 @@ def measure_style_errors(
         for style, take in takes:
             target = target_of(model, take, directions)
             span = FrameSpan.whole(len(target.places), model.fps)
-            given = finished_weights(model, target.speech, model.style(style), span)
-            yield target.places @ to_weights, given.astype(np.float64)
+            weights = finished_weights(model, target.speech, model.style(style), span)
+            yield target.places @ to_weights, weights.astype(np.float64)
 
     return errors_of(pairs())
 
@@ -109,15 +109,15 @@ def errors_of(pairs: Iterable[tuple[Float64Array, Float64Array]]) -> StyleErrors
     rows = list(pairs)
     if not rows:
         raise ModelError.about("style errors", found="no clip", allowed="one or more")
-    true = np.concatenate([one for one, _ in rows])
-    given = np.concatenate([other for _, other in rows])
-    squares = np.square(given).mean(axis=0)
+    recorded = np.concatenate([one for one, _ in rows])
+    modelled = np.concatenate([other for _, other in rows])
+    squares = np.square(modelled).mean(axis=0)
     moving = squares > MOVES_LEAST
-    products = (given * true).mean(axis=0)
+    products = (modelled * recorded).mean(axis=0)
     gain = np.where(moving, products / np.where(moving, squares, 1.0), 1.0)
     gain = np.clip(gain, GAIN_LEAST, GAIN_MOST)
-    left = true - given * gain
-    return StyleErrors(gain, left.T @ left / len(left))
+    residual = recorded - modelled * gain
+    return StyleErrors(gain, residual.T @ residual / len(residual))
 
 
 def _rounded(values: Float64Array) -> list[float]:

@@ -151,10 +151,10 @@ def fit_style(
         )
     nearest = int(np.argmin(alone))
     mix = search(problem.loss_of_few, corners[nearest])
-    found: dict[str, Any] = {}
+    vector_fields: dict[str, Any] = {}
     if new:
         numbers, style = problem.new_style(mix)
-        found = {
+        vector_fields = {
             "vector": {name: round(float(each), 6) for name, each in numbers.items()},
             "vector_error_mm": problem.error_in_mm(style),
         }
@@ -169,7 +169,7 @@ def fit_style(
             name: problem.error_mm(corner) for name, corner in zip(names, corners, strict=True)
         },
         seconds=problem.seconds,
-        **found,
+        **vector_fields,
     )
 
 
@@ -197,19 +197,19 @@ def search(
 
 
 def _exchanges(mix: Float64Array, step: float) -> list[Float64Array]:
-    found = []
+    exchanges = []
     for giver in np.flatnonzero(mix > 1e-9):
         for taker in range(len(mix)):
             if taker != giver:
-                other, given = mix.copy(), min(step, mix[giver])
-                other[giver] -= given
-                other[taker] += given
-                found.append(other)
+                other, amount = mix.copy(), min(step, mix[giver])
+                other[giver] -= amount
+                other[taker] += amount
+                exchanges.append(other)
     # What a style should not have at all may belong to several others.
     for giver in np.flatnonzero((mix > 1e-9) & (mix < 1)):
         without = mix * (np.arange(len(mix)) != giver)
-        found.append(without / without.sum())
-    return found
+        exchanges.append(without / without.sum())
+    return exchanges
 
 
 class _Problem:
@@ -304,8 +304,8 @@ class _Problem:
 
     def _loss_in(self, style: Any) -> float:
         weights = (self._weights(target, style) for target in self.targets)
-        given = (each * self._gain @ self.shapes for each in weights)
-        pairs = zip(given, self.targets, strict=True)
+        places = (each * self._gain @ self.shapes for each in weights)
+        pairs = zip(places, self.targets, strict=True)
         return self._distance(each - target.places for each, target in pairs)
 
     def _distance(self, residuals: Iterable[Float64Array]) -> float:

@@ -62,10 +62,10 @@ from elocute.encoders.trunk import (
     trunk_lookahead_s,
 )
 from elocute.errors import ModelError
+from elocute.models.articulation_model import StyledAsRules
 from elocute.models.feature_extraction import HeardMouth, Hearing
 from elocute.models.model_file import check_file
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
-from elocute.models.rule_styles import StyledAsRules
 from elocute.motion.curves import Curves
 from elocute.motion.mouth_measures import TRACKED_MEASURES
 from elocute.motion.mouth_response import (
@@ -192,7 +192,7 @@ class TalkersModel(StyledAsRules):
         near = slice(begin - phones.first, stop - phones.first)
         posteriors = np.exp(phones.values)
         rules = rule_curves(phones.values, phones.first, begin, stop - begin)
-        told = self._told(speech, rules, begin)
+        deviations = self._deviations(speech, rules, begin)
         rest = breath = np.zeros(stop - begin)
         if contacts:
             silence, starts = posteriors[:, SILENCE], phones.first == 0
@@ -206,7 +206,7 @@ class TalkersModel(StyledAsRules):
         row_times = np.arange(begin - phones.first, stop - phones.first) / phones.rate
         met = _contacts(speech, posteriors) if contacts else {SEALED: [], AT_TEETH: []}
         asked = AskedMouth(
-            wanted_mm=self._wanted_mm(told, style),
+            wanted_mm=self._wanted_mm(deviations, style),
             rounding=_rounding(rules, known=speech.known),
             parted_mm=_parted_mm(posteriors)[near] if contacts else np.full(len(rest), NEARLY_MM),
             stiff=STIFF_JAW * _heard(posteriors, HISSED)[near],
@@ -218,11 +218,11 @@ class TalkersModel(StyledAsRules):
         )
         rows = mouth_curves(rules, asked, style, strength)
         places = frame_places(span.first, span.count, phones.rate, span.fps) - begin
-        found = Curves(np.clip(read_rows(rows, places), 0, 1), curve_names(), span.fps)
+        mouth = Curves(np.clip(read_rows(rows, places), 0, 1), curve_names(), span.fps)
         seals, teeth = (contact_track(met[kind], since_first) for kind in (SEALED, AT_TEETH))
-        return finish_decoded(found, seals, teeth, style)
+        return finish_decoded(mouth, seals, teeth, style)
 
-    def _told(self, speech: SpeechFeatures, rules: Float32Array, begin: int) -> Float32Array:
+    def _deviations(self, speech: SpeechFeatures, rules: Float32Array, begin: int) -> Float32Array:
         """(row, measure) deviations from a person's mean, for rows from `begin` on.
 
         Where phones are known and the sound has none, those of the rules.
@@ -235,24 +235,24 @@ class TalkersModel(StyledAsRules):
                 allowed="the mouth and phones, as its feature streams give them",
             )
         heard = _heard_rows(speech, begin, len(rules))
-        told = heard[:, : len(TRACKED_MEASURES)]
+        deviations = heard[:, : len(TRACKED_MEASURES)]
         if not speech.known:
-            return told
+            return deviations
         low, high = UNHEARD
         unheard = np.clip((heard[:, len(MOUTH_FIELDS)] - low) / (high - low), 0, 1)[:, None]
         measured = builtin_response(curve_names()).measures(rules)
         ruled = (measured - mouth_sizes().middle_mm) / mouth_sizes().spread_mm
-        return (told + unheard * (ruled - told)).astype(np.float32)
+        return (deviations + unheard * (ruled - deviations)).astype(np.float32)
 
     def _settling(self, speech: SpeechFeatures, begin: int, count: int) -> Float64Array:
         """(row,) how far all but the lips rest where they do: wholly where nothing is heard."""
         still = _heard_rows(speech, begin, count)[:, len(MOUTH_FIELDS)] >= 1
         return RESTS + (1 - RESTS) * _blurred(still.astype(np.float64), STILL_ROWS)
 
-    def _wanted_mm(self, told: Float32Array, style: Style) -> Float64Array:
+    def _wanted_mm(self, deviations: Float32Array, style: Style) -> Float64Array:
         """(row, measure) of a mouth that speaks in a style."""
         sizes = mouth_sizes()
-        z = _at_tempo(told[:, : len(TRACKED_MEASURES)].astype(np.float64), style)
+        z = _at_tempo(deviations[:, : len(TRACKED_MEASURES)].astype(np.float64), style)
         wanted = sizes.middle_mm + sizes.spread_mm * z
         # The network's opening is in the order of people's; the map has their distribution.
         knots, millimetres = sizes.opening_map

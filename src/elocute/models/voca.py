@@ -264,14 +264,14 @@ class VocaModel:
             stop = min(last, start + BLOCK_FRAMES)
             before = max(0, start - REACH)
             window = values[before - begin : stop + REACH - begin]
-            found = [self._answer(window, style) for style in inputs]
-            blocks.append(np.stack(found)[:, start - before : stop - before])
+            answers = [self._answer(window, style) for style in inputs]
+            blocks.append(np.stack(answers)[:, start - before : stop - before])
         return np.concatenate(blocks, axis=1)
 
     def _answer(self, window: Float32Array, style: Float32Array) -> Float32Array:
         """(frame, component) for features (frame, feature) and a network's input (style,)."""
-        given = {"features": window, "style": style[None].astype(np.float32)}
-        answer = run_session(self._session, self.path, ["weights"], given)[0]
+        arrays = {"features": window, "style": style[None].astype(np.float32)}
+        answer = run_session(self._session, self.path, ["weights"], arrays)[0]
         if getattr(answer, "ndim", 0) != 2 or len(answer) != self._frames_of(len(window)):
             raise ModelError.about(
                 self.path, found="a network with other outputs", allowed="(frame, component)"
@@ -322,11 +322,11 @@ class VocaModel:
     def _basis(self) -> Float32Array | None:
         if self.record.components:
             return None
-        given = {
+        arrays = {
             "features": np.zeros((self.least_rows, self.record.features), np.float32),
             "style": np.full((1, len(self.styles)), 1 / len(self.styles), np.float32),
         }
-        basis = run_session(self._session, self.path, ["basis"], given)[0]
+        basis = run_session(self._session, self.path, ["basis"], arrays)[0]
         if getattr(basis, "ndim", 0) != 3 or basis.shape[1:] != (self.record.vertices, 3):
             raise ModelError.about(
                 self.path,

@@ -93,17 +93,17 @@ def solve_weights(
     rotations together follow, in the frame of the face in zero pose, where the basis stays the
     same. Rotations cost nothing. Each frame starts from the one before.
     """
-    given = _checked(head, vertices)
+    targets = _checked(head, vertices)
     if not 0 < regularisation < np.inf:
         raise MotionError(f"regularisation: found {regularisation:g}; allowed: above 0 mm²")
     limits = _limits(head, bounds)
     problem = _problem(head, ALL, _turning(head, joints), regularisation, limits)
     draft = _problem(head, _sample(head), problem.joints, regularisation, limits)
-    weights = np.empty((len(given), len(head.expression_names)))
-    turns = no_turn(len(given), len(head.joint_names)).astype(np.float64)
+    weights = np.empty((len(targets), len(head.expression_names)))
+    turns = no_turn(len(targets), len(head.joint_names)).astype(np.float64)
     state: _State | None = None
-    for frame in range(len(given)):
-        target = np.asarray(given[frame], np.float64)
+    for frame in range(len(targets)):
+        target = np.asarray(targets[frame], np.float64)
         if not np.isfinite(target).all():
             raise MotionError(f"vertices: found NaN or infinity at frame {frame}")
         if (far := np.abs(target - head.template).max()) > REACH_MAX_M:
@@ -112,19 +112,19 @@ def solve_weights(
         state = _solve_frame(problem, draft, target, state)
         weights[frame], turns[frame] = state.weights, state.turns
         if progress:
-            progress((frame + 1) / len(given))
+            progress((frame + 1) / len(targets))
     turned = np.abs(turns[..., 1:]).max(initial=0.0) > 0
     motion = Motion(
         head, weights.astype(np.float32), fps, turns.astype(np.float32) if turned else None
     )
-    return motion, distance_mm(motion, given)
+    return motion, distance_mm(motion, targets)
 
 
 def distance_mm(motion: Motion, vertices: Vertices) -> NDArray[np.float64]:
     """(frame,) mean distance in mm between a motion's vertices and others (frame, vertex, 3) m."""
-    given = vertices if isinstance(vertices, ArrayFile) else np.asanyarray(vertices)
+    targets = vertices if isinstance(vertices, ArrayFile) else np.asanyarray(vertices)
     means = [
-        np.linalg.norm(points - given[start : start + len(points)], axis=2).mean(axis=1)
+        np.linalg.norm(points - targets[start : start + len(points)], axis=2).mean(axis=1)
         for start, points in zip(
             range(0, motion.frame_count, BLOCK), motion.blocks(BLOCK), strict=True
         )
@@ -322,12 +322,12 @@ def _limits(
 
 
 def _checked(head: HeadModel, vertices: Vertices) -> NDArray[np.floating] | ArrayFile:
-    given = vertices if isinstance(vertices, ArrayFile) else np.asanyarray(vertices)
-    if given.ndim != 3 or given.shape[1:] != head.template.shape or not len(given):
+    array = vertices if isinstance(vertices, ArrayFile) else np.asanyarray(vertices)
+    if array.ndim != 3 or array.shape[1:] != head.template.shape or not len(array):
         raise MotionError(
-            f"vertices: found shape {given.shape}; allowed: (frames, {head.vertex_count}, 3) "
+            f"vertices: found shape {array.shape}; allowed: (frames, {head.vertex_count}, 3) "
             f"for head {head.name!r}, with at least one frame"
         )
-    if given.dtype.kind != "f":
-        raise MotionError(f"vertices: found {given.dtype} numbers; allowed: floats, in metres")
-    return given
+    if array.dtype.kind != "f":
+        raise MotionError(f"vertices: found {array.dtype} numbers; allowed: floats, in metres")
+    return array

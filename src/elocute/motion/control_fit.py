@@ -83,8 +83,8 @@ class ControlFit:
 
     def residual(self) -> dict[str, float]:
         """What the fit leaves, as files tell it."""
-        told = (("skin", self.skin_mm), ("opening", self.opening_mm), ("closed", self.closed_mm))
-        return {name: round(value, 3) for name, value in told}
+        parts = (("skin", self.skin_mm), ("opening", self.opening_mm), ("closed", self.closed_mm))
+        return {name: round(value, 3) for name, value in parts}
 
 
 @cache

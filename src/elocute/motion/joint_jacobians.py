@@ -94,8 +94,8 @@ def joint_slopes(
 
 def _descendants(parents: tuple[int, ...], joint: int) -> list[int]:
     """The joint and its descendants; parents come before their children."""
-    found = [joint]
+    descendants = [joint]
     for child in range(joint + 1, len(parents)):
-        if parents[child] in found:
-            found.append(child)
-    return found
+        if parents[child] in descendants:
+            descendants.append(child)
+    return descendants

@@ -136,8 +136,8 @@ def measure_as_tracked(motion: Motion) -> Curves:
     nose, top, bottom, chin, *sides = np.moveaxis(points + head.template[kept], 1, 0)
     front = (top[:, 2] + bottom[:, 2] - sides[0][:, 2] - sides[1][:, 2]) / 2
     below = [np.linalg.norm(point - nose, axis=1) for point in (chin, top, bottom)]
-    found = np.stack([front, *below], axis=1) * 1000
-    values = np.concatenate([plain.values[:, :2], found], axis=1)
+    distances = np.stack([front, *below], axis=1) * 1000
+    values = np.concatenate([plain.values[:, :2], distances], axis=1)
     return Curves(values, TRACKED_MEASURES, motion.fps)
 
 

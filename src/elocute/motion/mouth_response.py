@@ -64,9 +64,9 @@ def mouth_response(head: HeadModel, names: tuple[str, ...]) -> MouthResponse:
     values = np.zeros((1 + len(names), len(names)), np.float32)
     values[:, names.index("jawOpen")] = OPEN
     values[1:] += STEP * np.eye(len(names), dtype=np.float32)
-    found = measure_as_tracked(motion_from_curves(head, Curves(values, names, 1.0))).values
-    effects = (found[1:] - found[0]).astype(np.float64) / STEP
-    return MouthResponse(names, effects, found[0] - values[0] @ effects)
+    measured = measure_as_tracked(motion_from_curves(head, Curves(values, names, 1.0))).values
+    effects = (measured[1:] - measured[0]).astype(np.float64) / STEP
+    return MouthResponse(names, effects, measured[0] - values[0] @ effects)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +139,7 @@ def corrected_curves(
         left = wanted - (held @ effects + offset)
         inner = np.einsum("cm,fc,cn->fmn", effects, free, effects) + noise
         shares = np.linalg.solve(inner, left[..., None])[..., 0]
-        found = held + free * (shares @ effects.T)
-        current = np.clip(found, 0, 1)
-        free = np.where(current == found, free, 0.0)
+        unbounded = held + free * (shares @ effects.T)
+        current = np.clip(unbounded, 0, 1)
+        free = np.where(current == unbounded, free, 0.0)
     return current.astype(np.float32)

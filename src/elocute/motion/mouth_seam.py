@@ -85,7 +85,7 @@ def find_mouth(
     first = front.torn(middle, np.linspace(high, low, ROWS))
     if first is None or first.jump < TORN:
         return None
-    found = {}
+    tears = {}
     for way in (1, -1):
         last = first
         for step in range(COLUMNS // 2 + 1):
@@ -93,16 +93,16 @@ def find_mouth(
             tear = front.torn(x, last.y + NEAR * wide * np.linspace(1, -1, FINE))
             if tear is None or tear.jump < CORNER * first.jump:
                 break
-            found[x] = last = tear
-    if len(found) < len(SHARES):
+            tears[x] = last = tear
+    if len(tears) < len(SHARES):
         return None
-    xs = np.array(sorted(found))
-    lips = [found[xs[np.abs(xs - x).argmin()]] for x in xs[0] + np.ptp(xs) * np.array(SHARES)]
+    xs = np.array(sorted(tears))
+    lips = [tears[xs[np.abs(xs - x).argmin()]] for x in xs[0] + np.ptp(xs) * np.array(SHARES)]
     width, seam = float(np.ptp(xs)), np.mean([each.y for each in lips])
     below = seam - width * np.linspace(0.2, CHIN_REACH, FINE)
     corners, mixes, depth = front.line(xs.mean(), below)
     chin = corners[best := (depth - below).argmax()], mixes[best]  # farthest ahead and down
-    ends = [found[xs[-1]], found[xs[0]]]
+    ends = [tears[xs[-1]], tears[xs[0]]]
     places = [each.upper for each in lips + ends] + [each.lower for each in lips + ends] + [chin]
     used, corners = np.unique([each for each, _ in places], return_inverse=True)
     mixes = np.array([mix for _, mix in places])

@@ -13,8 +13,7 @@ from elocute.motion.edits.gaze import with_gaze
 from elocute.motion.edits.identity import with_identity, with_identity_over_time
 from elocute.motion.edits.pose import with_pose, without_pose
 from elocute.motion.edits.shape import with_shape
-from elocute.motion.edits.time_range import cut
-from elocute.motion.edits.timing import looped, retimed, with_mouth_offset
+from elocute.motion.edits.timing import cut, looped, retimed, with_mouth_offset
 
 __all__ = [
     "EditList",

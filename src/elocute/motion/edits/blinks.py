@@ -109,8 +109,8 @@ def without_blinks(motion: Motion, times_s: Sequence[float] | None = None) -> Mo
     taken = np.ones(motion.frame_count, bool)
     if times_s is not None:
         allowed = f"seconds, 0 to {motion.duration_s:g}"
-        given = floats_of(times_s, "blinks", error=MotionError, allowed=allowed, most=BLINKS_MAX)
-        taken = _blinks_at((lids - held).max(axis=1), given, motion.fps)
+        moments = floats_of(times_s, "blinks", error=MotionError, allowed=allowed, most=BLINKS_MAX)
+        taken = _blinks_at((lids - held).max(axis=1), moments, motion.fps)
     weights = motion.weights.copy()
     weights[:, columns] = np.where(taken[:, None], np.minimum(lids, held), lids)
     return dataclasses.replace(motion, weights=weights)
@@ -143,7 +143,7 @@ def _moments(
     motion: Motion, times_s: Sequence[float], per_minute: float, seed: int
 ) -> NDArray[np.float64]:
     allowed = f"seconds, 0 to {motion.duration_s:g}"
-    given = floats_of(
+    moments = floats_of(
         times_s,
         "blinks",
         error=MotionError,
@@ -151,11 +151,11 @@ def _moments(
         most=BLINKS_MAX,
         dtype=np.float64,
     )
-    wrong = ~((given >= 0) & (given <= motion.duration_s))  # also true for NaN
-    if given.ndim != 1 or len(given) > BLINKS_MAX or wrong.any():
+    wrong = ~((moments >= 0) & (moments <= motion.duration_s))  # also true for NaN
+    if moments.ndim != 1 or len(moments) > BLINKS_MAX or wrong.any():
         raise MotionError.about(
             "blinks",
-            found=f"a blink at {given[wrong][0]:g} s" if wrong.any() else "not a list of seconds",
+            found=f"a blink at {moments[wrong][0]:g} s" if wrong.any() else "not a list of seconds",
             allowed=f"0 to {motion.duration_s:g} s",
         )
     often = real_number(per_minute)
@@ -171,7 +171,7 @@ def _moments(
     if drawn_from is None or drawn_from < 0:
         raise MotionError.about("blinks", found=f"seed {brief(seed)}", allowed="a whole number")
     drawn = blink_starts(motion.duration_s, often, seed) + SHUT_S
-    return np.concatenate([given, drawn])
+    return np.concatenate([moments, drawn])
 
 
 def _closure(motion: Motion, moments_s: NDArray[np.float64]) -> NDArray[np.float32]:

@@ -15,7 +15,7 @@ from torch import Tensor
 from elocute.audio.mel_with_deltas import BANDS, RATE
 from elocute.models.crnn_encoders import MEL
 from elocute.networks.crnn import Crnn, CrnnConfig, SharedCrnn
-from elocute.numerics.mel import hz_to_mel
+from elocute.numerics.spectra import hz_to_mel
 from elocute.training.checkpoint import (
     check_state,
     network_tensors,

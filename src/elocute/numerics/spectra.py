@@ -1,4 +1,4 @@
-"""The mel scale, and triangular filters."""
+"""Short-time spectra: Hann windows, the mel scale, triangular filters, the cosine transform."""
 
 from __future__ import annotations
 
@@ -13,6 +13,11 @@ MelScale = Literal["htk", "slaney"]
 
 SLANEY_KNEE_HZ, SLANEY_STEP_HZ = 1000.0, 200.0 / 3  # linear below the knee, logarithmic above
 SLANEY_LOG_STEP = np.log(6.4) / 27.0
+
+
+def hann(length: int) -> NDArray[np.float64]:
+    """(length,) periodic Hann window, as `scipy.signal.windows.hann(length, sym=False)`."""
+    return 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(length) / length)
 
 
 def hz_to_mel(hz: Float64Array | float, scale: MelScale = "htk") -> Float64Array:
@@ -54,3 +59,11 @@ def triangles(
     rising = np.where(up > 0, (places - low) / np.where(up > 0, up, 1.0), places >= low)
     falling = np.where(down > 0, (high - places) / np.where(down > 0, down, 1.0), places < high)
     return np.maximum(0, np.minimum(rising, falling))
+
+
+def dct_matrix(size: int) -> NDArray[np.float64]:
+    """(input, output) orthonormal DCT-II: `rows @ dct_matrix(size)` transforms rows."""
+    n = np.arange(size)
+    matrix = np.cos(np.pi * (2 * n[:, None] + 1) * n / (2 * size)) * np.sqrt(2 / size)
+    matrix[:, 0] /= np.sqrt(2)
+    return matrix
