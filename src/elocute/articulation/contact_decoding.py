@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import FloatArray
-from elocute.articulation.contacts_and_rest import contact_evidence, runs
+from elocute.articulation.contacts_and_rest import contact_evidence, runs, waiting_from
 from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.numerics.lasting_states import best_paths
 from elocute.numerics.smoothing import smoothstep
@@ -145,9 +145,7 @@ def _contacts(
     for start, stop in stretches:
         core = np.flatnonzero(evidence[start:stop] >= CORE * evidence[start:stop].max())
         start, stop = start + int(core[0]), start + int(core[-1]) + 1
-        waiting = start
-        while waiting > max(0, start - back) and silence[waiting - 1] > 0.5:
-            waiting -= 1
+        waiting = waiting_from(silence, start, back)
         hummed = posteriors[start:stop, HUMMED].sum() > HUM_SHARE * evidence[start:stop].sum()
         begin_s, end_s = _shaped(start / rate, (stop - 1) / rate, early_s, hummed=bool(hummed))
         contact = Contact(min(waiting / rate, begin_s), end_s)

@@ -27,6 +27,14 @@ def runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(starts, stops, strict=True))
 
 
+def waiting_from(silence: FloatArray, start: int, most: int) -> int:
+    """The row from which lips wait in a silence for a contact at `start`, `most` rows before it."""
+    first = start
+    while first > max(0, start - most) and silence[first - 1] > 0.5:
+        first -= 1
+    return first
+
+
 def contact_evidence(posterior: FloatArray, silence: FloatArray) -> FloatArray:
     """(frame,) how likely a contact is, given that there is speech.
 
@@ -56,9 +64,7 @@ def contact_gate(
     gate = np.zeros(len(times_s), np.float32)
     back, reach = round(WAIT_S * rate), round(CONTACT_S * rate)
     for start, stop in runs(evidence > HYSTERESIS * threshold):
-        waiting = start
-        while waiting > max(0, start - back) and silence[waiting - 1] > 0.5:
-            waiting -= 1
+        waiting = waiting_from(silence, start, back)
         middle, half = (waiting + stop - 1) / 2 / rate, (stop - 1 - waiting) / rate / 2
         half = max(half, hold_s / 2)
         first, last = np.searchsorted(

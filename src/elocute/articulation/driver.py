@@ -291,7 +291,7 @@ def _replace(curves: dict[str, FloatArray], shape: dict[str, float], gate: Float
 
 
 def _pose(curves: dict[str, FloatArray], style: Style) -> None:
-    """What a face wears all the time: a smile, on both sides or one."""
+    """Add a style's constant smile, on both sides or one."""
     for side, favoured in (("Left", -style.asymmetry), ("Right", style.asymmetry)):
         smile = style.smile + ONE_SIDED_SMILE * max(0.0, favoured)
         if not smile:

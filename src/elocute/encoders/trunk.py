@@ -40,7 +40,7 @@ FAR = np.float32(-1e4)
 AHEAD = 4
 """Rows that each layer sees ahead."""
 SILENT_DECADES = 4.5
-"""45 dB below the loudest so far nobody speaks: what is heard there is the room, or the street."""
+"""Sound 45 dB below the loudest so far is no speech, but the noise of a room or street."""
 QUIET_ROWS = 10  # on both sides, of which none may be louder: a stop is no rest
 SILENCE_ALONE = np.log(np.where(np.arange(len(PHONES)) == SILENCE, 0.96, 1e-3)).astype(np.float32)
 SIZES_MAX = {
@@ -197,7 +197,7 @@ class TrunkRows:
     Parameters
     ----------
     hidden : (row, width) float32
-        What the mouth is told from: the rows after the mouth's layer, normalised.
+        What the mouth is predicted from: the rows after the mouth's layer, normalised.
     mouth : (row, 7) float32
         `MOUTH_FIELDS`.
     phones : (row, 40) float32

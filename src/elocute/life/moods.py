@@ -93,7 +93,7 @@ MOODS: dict[str, Mood] = {
     ),
 }
 NEUTRAL, AUTO = MOODS["neutral"], Mood(heard=True)
-# What a voice tells: how varied it is and how much effort is in it. No valence: there is no smile.
+# What a voice shows: how varied it is and how much effort is in it. No valence: there is no smile.
 CALM = Mood({"eyeBlink": 0.04}, head=0.75, brows=0.7)
 LIVELY = Mood(
     {"browOuterUp": 0.10, "browInnerUp": 0.06, "eyeWide": 0.10, "cheekSquint": 0.12},

@@ -45,7 +45,7 @@ class Syllable:
 
 @dataclass(frozen=True)
 class PhraseStart:
-    """The first voiced row of a phrase, and how many rows nobody spoke before it."""
+    """The first voiced row of a phrase, and how many rows of silence lie before it."""
 
     row: int
     pause: int
@@ -62,7 +62,7 @@ class PhraseEnd:
 
 @dataclass(frozen=True)
 class Hesitation:
-    """A vowel that goes on and on: from this row on somebody thinks."""
+    """A long, even vowel, as in "uhm": a hesitation from this row on."""
 
     row: int
 

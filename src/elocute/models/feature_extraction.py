@@ -30,7 +30,7 @@ from elocute.speech.times.labels import Label, PhoneRefiner
 
 
 class Hearing:
-    """One pass of a trunk over a sound, and its phones as a stream, unless nobody asks for them."""
+    """One pass of a trunk over a sound; its phones are kept as a stream where they are wanted."""
 
     def __init__(
         self, network: TrunkNetwork, sample_rate: int, *, phones: bool = True, live: bool = False
@@ -81,10 +81,7 @@ class HeardPhones:
 
 
 class HeardMouth:
-    """(row, 8): the mouth's fields as a `Hearing` tells them, and how surely nobody speaks.
-
-    It is 1 where there is nothing to hear.
-    """
+    """(row, 8): the mouth's fields of a `Hearing`, and the share of silence, 1 without sound."""
 
     name, rate = "mouth", FEATURE_RATE
 
@@ -92,24 +89,24 @@ class HeardMouth:
         self._hearing = hearing
 
     def push(self, samples: Float32Array) -> Float32Array:
-        return self._told(self._hearing.push(samples))
+        return self._features(self._hearing.push(samples))
 
     def flush(self) -> Float32Array:
-        return self._told(self._hearing.flush())
+        return self._features(self._hearing.flush())
 
     @staticmethod
-    def _told(rows: TrunkRows) -> Float32Array:
+    def _features(rows: TrunkRows) -> Float32Array:
         silence = np.where(rows.hidden.any(axis=1), np.exp(rows.phones[:, SILENCE]), np.float32(1))
         return np.column_stack([rows.mouth, silence]).astype(np.float32)
 
 
 class HeardMiddle(HeardMouth):
-    """(row, 512): the trunk's middle layer, from which the mouth is told."""
+    """(row, 512): the trunk's middle layer, from which the mouth is predicted."""
 
     name = "trunk"
 
     @staticmethod
-    def _told(rows: TrunkRows) -> Float32Array:
+    def _features(rows: TrunkRows) -> Float32Array:
         return rows.hidden
 
 

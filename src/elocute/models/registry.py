@@ -1,4 +1,4 @@
-"""Speech models by name or file; the only place that tells their kinds apart."""
+"""Speech models by name or file; the only place that knows their kinds."""
 
 from __future__ import annotations
 

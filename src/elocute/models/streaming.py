@@ -193,21 +193,18 @@ class CurveStream:
         for anything else, and after `flush`.
         """
         with self._lock:
-            return self._pushed(samples)
-
-    def _pushed(self, samples: NDArray[np.floating] | NDArray[np.int16]) -> Curves | None:
-        if self._ended:
-            raise AudioError("stream: found sound after its end; allowed: a new stream")
-        block = checked_block(samples, self.sample_rate, self._samples)
-        if not self._live:
-            return self._heard(block)
-        # Each piece gives one row or none, so that a frame knows as much however sound is cut.
-        size = self.sample_rate // PIECES_PER_S
-        pieces = np.split(block, range(size - self._samples % size, len(block), size))
-        parts = [each for piece in pieces if (each := self._heard(piece)) is not None]
-        if not parts:
-            return None
-        return replace(parts[0], values=np.concatenate([each.values for each in parts]))
+            if self._ended:
+                raise AudioError("stream: found sound after its end; allowed: a new stream")
+            block = checked_block(samples, self.sample_rate, self._samples)
+            if not self._live:
+                return self._heard(block)
+            # Each piece gives one row or none, so that a frame knows as much however sound is cut.
+            size = self.sample_rate // PIECES_PER_S
+            pieces = np.split(block, range(size - self._samples % size, len(block), size))
+            parts = [each for piece in pieces if (each := self._heard(piece)) is not None]
+            if not parts:
+                return None
+            return replace(parts[0], values=np.concatenate([each.values for each in parts]))
 
     def _heard(self, block: Float32Array) -> Curves | None:
         """The frames that are certain, or can be made, with another block."""
@@ -227,19 +224,16 @@ class CurveStream:
         None where there are none, or the sound was too short to be any.
         """
         with self._lock:
-            return self._flushed()
-
-    def _flushed(self) -> Curves | None:
-        if self._ended or not self._samples:
+            if self._ended or not self._samples:
+                self._ended = True
+                return None
             self._ended = True
-            return None
-        self._ended = True
-        for buffer in self._buffers:
-            buffer.flush()
-        if any(buffer.known_s < 0 for buffer in self._buffers):
-            return None  # a sample or two is too short to encode
-        total = frames_in(self._samples / self.sample_rate, self.fps)
-        return self._answer(total - self._frames) if total > self._frames else None
+            for buffer in self._buffers:
+                buffer.flush()
+            if any(buffer.known_s < 0 for buffer in self._buffers):
+                return None  # a sample or two is too short to encode
+            total = frames_in(self._samples / self.sample_rate, self.fps)
+            return self._answer(total - self._frames) if total > self._frames else None
 
     @property
     def _buffers(self) -> list[_FeatureBuffer]:
@@ -355,18 +349,13 @@ class Stream:
         """
         check_kind("listen", listen, bool, "True or False")
         with self._lock:
-            return self._pushed(samples, listen)
-
-    def _pushed(
-        self, samples: NDArray[np.floating] | NDArray[np.int16], listen: bool
-    ) -> Iterator[Frame]:
-        block = checked_block(samples, self._curves.sample_rate, self._curves.samples_taken)
-        self._take(self._curves.push(np.zeros_like(block) if listen else block))
-        if self._life is None:
-            return self._frames(self._curves.frames_given)
-        self._rows = np.concatenate([self._rows, self._life.push(block, listen)])
-        lively = (self._first_row + len(self._rows) - 1) * self._curves.fps / self._life.rate
-        return self._frames(min(self._curves.frames_given, math.floor(lively) + self._late))
+            block = checked_block(samples, self._curves.sample_rate, self._curves.samples_taken)
+            self._take(self._curves.push(np.zeros_like(block) if listen else block))
+            if self._life is None:
+                return self._frames(self._curves.frames_given)
+            self._rows = np.concatenate([self._rows, self._life.push(block, listen)])
+            lively = (self._first_row + len(self._rows) - 1) * self._curves.fps / self._life.rate
+            return self._frames(min(self._curves.frames_given, math.floor(lively) + self._late))
 
     def flush(self) -> Iterator[Frame]:
         """End the sound.
@@ -377,14 +366,11 @@ class Stream:
             The remaining frames.
         """
         with self._lock:
-            return self._flushed()
-
-    def _flushed(self) -> Iterator[Frame]:
-        self._take(self._curves.flush())
-        if self._life is not None and not self._ended:
-            self._rows = np.concatenate([self._rows, self._life.flush()])
-        self._ended = True
-        return self._frames(self._curves.frames_given)
+            self._take(self._curves.flush())
+            if self._life is not None and not self._ended:
+                self._rows = np.concatenate([self._rows, self._life.flush()])
+            self._ended = True
+            return self._frames(self._curves.frames_given)
 
     def _take(self, curves: Curves | None) -> None:
         if curves is not None:

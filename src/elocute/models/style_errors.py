@@ -22,7 +22,7 @@ from elocute.models.style_targets import ObservedMotion, directions_of, finished
 GAIN_LEAST, GAIN_MOST = 0.25, 4.0
 MOVES_LEAST = 1e-6  # of a weight's mean square: one that hardly moves has no gain
 FLOOR = 2e-3  # of the mean variance: directions of no error would decide alone
-WEAKEST = 1e-6  # of the strongest shape: weaker ones are told apart by nothing
+WEAKEST = 1e-6  # of the strongest shape: nothing distinguishes weaker ones
 DIGITS = 6
 
 

@@ -92,7 +92,7 @@ KNOWN_ROUNDED = 0.75  # of full rounding, from which all of it, where phones are
 
 @dataclass(frozen=True, eq=False)
 class MouthSizes:
-    """How far people's mouths move on the built-in head, from what a trunk tells.
+    """How far people's mouths move on the built-in head, from what a trunk predicts.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ class TalkersModel(StyledAsRules):
 
     @cached_property
     def network(self) -> TrunkNetwork:
-        """The trunk that tells mouth and phones."""
+        """The trunk that predicts mouth and phones."""
         if self.path == SHIPPED_PATH and self._opened is None:
             return builtin_trunk()
         return TrunkNetwork(self.path, self._opened)
@@ -328,7 +328,7 @@ def _blurred(column: Float64Array, deviation: float) -> Float64Array:
 def _rounding(rules: Float32Array, *, known: bool) -> Float64Array:
     """(row,) how far a width is the rules'.
 
-    Unsure of a rounded vowel, a network widens it; of one that is known nobody is unsure.
+    A network widens a rounded vowel that it is unsure of; a known one is as wide as in the rules.
     """
     names = curve_names()
     rounded = rules[:, [names.index(name) for name in ROUNDED]].sum(axis=1).astype(np.float64)

@@ -36,7 +36,7 @@ CLOSE_MM = 0.002
 CONVERGED = 1e-7
 """Share of the cost below which a step no longer counts."""
 FLOOR_MM2 = 1e-9
-"""Cost at which float32 vertices have nothing left to tell."""
+"""Cost below which differences are those of float32 rounding."""
 DRAFT = 2000
 """Vertices on which rotations are sought before all of them are looked at."""
 BLOCK = 120

@@ -1,7 +1,7 @@
 """Fits weights of any set of mouth shapes to a motion of the built-in head.
 
-Each shape is told as weights of the head's own: a viseme is the look that the head has for it. The
-weights are non-negative, few at a time, and as smooth as the motion: each frame is a strictly
+Each shape is described by weights of the head's own: a viseme is the look that the head has for it.
+The weights are non-negative, few at a time, and as smooth as the motion: each frame is a strictly
 convex problem, so that its solution changes no faster than what it is solved for, and a take that
 is cut has the same weights. Whole mouths (visemes, vowels) share a weight of one, and where the
 motion's lips seal, the one that seals them is taken in full, or none where there is no such.
@@ -82,7 +82,7 @@ class ControlFit:
     closed_mm: float
 
     def residual(self) -> dict[str, float]:
-        """What the fit leaves, as files tell it."""
+        """What the fit leaves, as files say it."""
         parts = (("skin", self.skin_mm), ("opening", self.opening_mm), ("closed", self.closed_mm))
         return {name: round(value, 3) for name, value in parts}
 

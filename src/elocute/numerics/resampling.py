@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from elocute.array_types import FloatArray, RealArray
 
 GAP_MAX_S = 0.2
-"""Frames that are missing for longer are not filled in: nobody knows where the mouth went."""
+"""Longer gaps are not filled in, since the motion in them is not known."""
 
 
 def frame_places(first: int, count: int, rate: float, fps: float) -> NDArray[np.float64]:

@@ -118,7 +118,7 @@ def _ends(span: Span, duration_s: float) -> tuple[float | None, float | None]:
 
 
 def _seconds(moment: Moment, duration_s: float) -> float:
-    """A moment of a motion of this length, which may be told to the hundredth of a second."""
+    """A moment of a motion of this length, which may be rounded to a hundredth of a second."""
     seconds = moment.at(duration_s)
     if not -1e-9 <= seconds <= duration_s + 0.01:
         raise MotionError.about("time", found=f"{seconds:g} s", allowed=f"0 to {duration_s:g} s")

@@ -135,9 +135,13 @@ def _item(given: Any, source: str, place: int) -> Item:
         )
     kind = given.get("edit")
     if not isinstance(kind, str) or kind not in KINDS:
-        told = "nothing" if "edit" not in given else brief(kind)
+        found = "nothing" if "edit" not in given else brief(kind)
         raise _error(
-            source, f"{where}.edit", found=told, allowed=", ".join(KINDS), remedy=_near(kind, KINDS)
+            source,
+            f"{where}.edit",
+            found=found,
+            allowed=", ".join(KINDS),
+            remedy=_near(kind, KINDS),
         )
     keys, read = KINDS[kind]
     return read(_Object(given, source, where, ("edit", *keys)))
