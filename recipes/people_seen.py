@@ -28,6 +28,7 @@ from elocute.evaluation.tracked_mouths import (
     read_tracked_mouth,
 )
 from elocute.files.array_reading import read_npz
+from elocute.files.reading import FileKind
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.mouth_measures import TRACKED_RESTING, tracked_opening_share
 from elocute.speech.times.labels import Label
@@ -43,7 +44,7 @@ GRID_EVERY, TALKER_CLIPS, HELD_OUT_EVERY = 4, 12, 4
 JITTER_MAX, EYES_MIN_PX = 0.005, 60.0
 SMOOTH_S, AHEAD_S = (0.03, 0.05, 0.07), (-0.04, -0.02, 0.0, 0.02, 0.04)
 RIDGE = 20.0
-FIELDS_MAX_BYTES = 50_000_000
+FIELDS_FILE = FileKind("tracked fields", 50_000_000)
 OUTPUT = Path(__file__).parents[1] / "src/elocute/study/raters/people_seen.json"
 
 
@@ -63,12 +64,7 @@ def watched(clip: TrackedClip) -> Watched | None:
     recorded = read_tracked_mouth(clip)
     if not recorded.valid.all():
         return None
-    fields = read_npz(
-        clip.path,
-        max_bytes=FIELDS_MAX_BYTES,
-        allowed="tracked fields",
-        only=frozenset(("eye_open", "pose_deg")),
-    )
+    fields = read_npz(clip.path, FIELDS_FILE, only=frozenset(("eye_open", "pose_deg")))
     turns, lids = np.asarray(fields["pose_deg"], float), np.asarray(fields["eye_open"], float)
     if not (np.isfinite(turns).all() and np.isfinite(lids).all()):
         return None

@@ -39,6 +39,7 @@ from elocute.files.array_file import ArrayFile
 from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import moved_aside, write_atomically
+from elocute.files.reading import ANY_BYTES, FileKind
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
 from elocute.jobs.pool import FailedTask
@@ -47,7 +48,8 @@ from elocute.registration.register import register_neutral
 
 CORPUS, MADE = "corpus", "corpus.sha256"
 FOLDERS, BEGUN = ("subjects", "sequences"), "capture.begun"
-FILE_MAX_BYTES = 500_000_000
+MOTION_FILE = FileKind("registered motion", ANY_BYTES)
+FACE_FILE = FileKind("a neutral face", 500_000_000, CaptureError)
 CHUNK = 30
 """Frames that one worker takes at a time; the first of them starts from scratch."""
 NEUTRAL_TRIES = 5
@@ -151,9 +153,7 @@ def _make(folder: Path) -> Path:
 def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path, method: str) -> HeadModel:
     """The person's neutral face, from the sequence that names a neutral frame, or the first."""
     try:
-        stored = read_npz(
-            path, max_bytes=FILE_MAX_BYTES, allowed="a neutral face", error=CaptureError
-        )
+        stored = read_npz(path, FACE_FILE)
         template, joints = stored["template"], stored["joints"]
         alike = template.shape == head.template.shape and joints.shape == head.joint_positions.shape
         if alike and str(stored.get("method", "model")) == method:
@@ -399,6 +399,6 @@ def _add(
         waveform = read_audio(sound)
     except AudioError as error:
         return replace(result, failed=str(error))
-    frames = ArrayFile(track.folder.parent / "motion.npy", allowed="registered motion")
+    frames = ArrayFile(track.folder.parent / "motion.npy", MOTION_FILE)
     writer.add(Clip(metadata.subject, metadata.sentence, metadata.text, waveform, frames))
     return replace(result, in_corpus=True)

@@ -15,9 +15,10 @@ from elocute.corpus.word_clip import WordClip
 from elocute.errors import CorpusError, needs_extra
 from elocute.files.atomic import write_atomically
 from elocute.files.parquet_size import unpacked_bytes
-from elocute.files.reading import bytes_text, open_regular
+from elocute.files.reading import ANY_BYTES, FileKind, bytes_text, open_regular
 from elocute.files.unpacked_size import UNPACKED_TIMES, unpacked_limit
 
+ANY_FILE = FileKind("a file", ANY_BYTES, CorpusError)
 FILE_MAX_BYTES = 4_000_000_000
 BATCH_ROWS = 64  # rows in memory at once while reading
 TEXT_MAX = 10_000
@@ -174,7 +175,7 @@ def sha256_of(path: Path) -> str:
     CorpusError
         Where it cannot be read.
     """
-    with open_regular(path, max_bytes=2**40, allowed="a file", error=CorpusError) as file:
+    with open_regular(path, ANY_FILE) as file:
         return hashlib.file_digest(cast(Any, file), "sha256").hexdigest()
 
 
@@ -299,7 +300,7 @@ def _opened(path: Path) -> Iterator[Any]:
 def _check_unpacked(path: Path) -> None:
     """Refuse what would take far more memory than the file. Raises CorpusError."""
     allowed = "a shard"
-    with open_regular(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=CorpusError) as file:
+    with open_regular(path, FileKind(allowed, FILE_MAX_BYTES, CorpusError)) as file:
         try:
             unpacked, size = unpacked_bytes(file), path.stat().st_size
         except ValueError as error:

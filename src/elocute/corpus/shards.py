@@ -40,7 +40,7 @@ from elocute.corpus.shard_writing import (
 from elocute.corpus.word_clip import COMPONENTS_MAX, SPLITS, WordClip, is_inside
 from elocute.errors import CorpusError
 from elocute.files.json_records import read_record
-from elocute.files.reading import is_file
+from elocute.files.reading import FileKind, is_file
 from elocute.motion.motion import Motion
 from elocute.motion.store import load_motion
 from elocute.one_line_repr import one_line
@@ -248,7 +248,7 @@ def _read_manifest(folder: Path) -> tuple[int, list[ShardEntry], str]:
             remedy="make one: elocute propagate",
         )
     allowed = f"a manifest of shards, format {FORMAT}"
-    record = read_record(path, max_bytes=MANIFEST_MAX_BYTES, allowed=allowed, error=CorpusError)
+    record = read_record(path, FileKind(allowed, MANIFEST_MAX_BYTES, CorpusError))
     try:
         if record["format"] != FORMAT or record["version"] != VERSION:
             raise ValueError("another format or version")

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import CorpusError
-from elocute.files.reading import read_text
+from elocute.files.reading import FileKind, read_text
 
 ASSETS = Path(__file__).parent / "assets"
-LIST_MAX_BYTES = 1_000_000
+LIST_FILE = FileKind("a list", 1_000_000, CorpusError)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ def published_indices(topology: Topology, which: str) -> NDArray[np.int64]:
             f"vertex list {which!r}", found="unknown", allowed=", ".join(topology.published)
         )
     path = ASSETS / f"{topology.name}_{which}.txt"
-    text = read_text(path, max_bytes=LIST_MAX_BYTES, allowed="a list", error=CorpusError)
+    text = read_text(path, LIST_FILE)
     indices = np.array(text.split(), np.int64)
     indices.setflags(write=False)
     return indices

@@ -11,7 +11,6 @@ from typing import Any, BinaryIO, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.errors import InputError
 from elocute.files.npy_header import (
     NpyHeader,
     UnusableArrayError,
@@ -19,7 +18,7 @@ from elocute.files.npy_header import (
     check_size,
     read_npy_header,
 )
-from elocute.files.reading import bytes_text, open_regular
+from elocute.files.reading import FileKind, bytes_text, open_regular
 from elocute.files.unpacked_size import unpacked_limit
 
 ENTRIES_MAX = 10_000
@@ -28,26 +27,15 @@ DIRECTORY_MAX_BYTES = 4_000_000
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
-def read_npy(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = InputError,
-    remedy: str = "",
-) -> NDArray[Any]:
+def read_npy(path: str | Path, kind: FileKind) -> NDArray[Any]:
     """Read the array of a .npy into memory.
 
     Parameters
     ----------
     path : str or Path
         The file.
-    max_bytes : int
-        Largest size of the file, bytes.
-    allowed, remedy : str
-        What kind of file is wanted, and how to get one; both appear in the error message.
-    error : type of InputError
-        The class to raise.
+    kind : FileKind
+        What it may be.
 
     Returns
     -------
@@ -57,33 +45,22 @@ def read_npy(
     Raises
     ------
     InputError
-        Of the class `error`, for a file that is missing, larger, damaged, or holds anything else.
+        Of the kind's class, for a file that is missing, larger, damaged, or holds anything else.
     """
-    with (
-        open_regular(
-            path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy
-        ) as file,
-        array_errors(path, allowed, error, remedy),
-    ):
+    with open_regular(path, kind) as file, array_errors(path, kind):
         header = read_npy_header(file)
         check_size(file, header)
         return _numbers(file, header)
 
 
 def read_npz(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = InputError,
-    remedy: str = "",
-    only: frozenset[str] | None = None,
+    path: str | Path, kind: FileKind, only: frozenset[str] | None = None
 ) -> dict[str, NDArray[Any]]:
     """Read the arrays of an .npz into memory.
 
     Parameters
     ----------
-    path, max_bytes, allowed, error, remedy
+    path, kind
         As for `read_npy`.
     only : frozenset of str, optional
         Names of the arrays to unpack; all by default.
@@ -96,16 +73,10 @@ def read_npz(
     Raises
     ------
     InputError
-        Of the class `error`, for a file that is missing, larger, damaged, unpacks to far more
+        Of the kind's class, for a file that is missing, larger, damaged, unpacks to far more
         than its size, or holds anything but arrays.
     """
-    with (
-        open_regular(
-            path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy
-        ) as file,
-        array_errors(path, allowed, error, remedy),
-        _archive(file) as archive,
-    ):
+    with open_regular(path, kind) as file, array_errors(path, kind), _archive(file) as archive:
         entries = archive.infolist()
         _check_entries(entries, os.fstat(file.fileno()).st_size)
         names = {entry.filename.removesuffix(".npy"): entry for entry in entries}
@@ -113,18 +84,12 @@ def read_npz(
         return {name: _unpacked(archive, entry) for name, entry in chosen.items()}
 
 
-def npz_names(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = InputError,
-) -> frozenset[str]:
+def npz_names(path: str | Path, kind: FileKind) -> frozenset[str]:
     """The names of the arrays in an .npz, of which none is read.
 
     Parameters
     ----------
-    path, max_bytes, allowed, error
+    path, kind
         As for `read_npy`.
 
     Returns
@@ -134,13 +99,9 @@ def npz_names(
     Raises
     ------
     InputError
-        Of the class `error`, for a file that is missing, larger or no archive.
+        Of the kind's class, for a file that is missing, larger or no archive.
     """
-    with (
-        open_regular(path, max_bytes=max_bytes, allowed=allowed, error=error) as file,
-        array_errors(path, allowed, error, ""),
-        _archive(file) as archive,
-    ):
+    with open_regular(path, kind) as file, array_errors(path, kind), _archive(file) as archive:
         return frozenset(name.removesuffix(".npy") for name in archive.namelist())
 
 

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 from elocute.errors import InputError
 from elocute.files.atomic import write_atomically
-from elocute.files.reading import bytes_text, read_bytes
+from elocute.files.reading import FileKind, bytes_text, read_bytes
 
 MEMORY_MAX_BYTES = 1_000_000_000
 """What a JSON text may take in memory. Empty lists take twenty times their text."""
@@ -25,26 +25,15 @@ DEPTH_MAX = 100
 _TEXTS = re.compile(r'"(?:[^"\\]|\\.)*+"', re.DOTALL)
 
 
-def read_record(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = InputError,
-    remedy: str = "",
-) -> dict[str, Any]:
+def read_record(path: str | Path, kind: FileKind) -> dict[str, Any]:
     """Read a JSON object from a file.
 
     Parameters
     ----------
     path : str or Path
         The file.
-    max_bytes : int
-        Largest size of the file, bytes.
-    allowed, remedy : str
-        What kind of file is wanted, and how to get one; both appear in the error message.
-    error : type of InputError
-        The class to raise.
+    kind : FileKind
+        What it may be.
 
     Returns
     -------
@@ -54,11 +43,31 @@ def read_record(
     Raises
     ------
     InputError
-        Of the class `error`, for a file that is missing, too large or not regular, or anything but
+        Of the kind's class, for a file that is missing, too large or not regular, or anything but
         a JSON object.
     """
-    data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy)
-    return as_record(parse_json(data, path, allowed=allowed, error=error), path, allowed, error)
+    return as_record(read_json(path, kind), path, kind.allowed, kind.error)
+
+
+def read_json(path: str | Path, kind: FileKind) -> Any:
+    """Read a JSON value of any type from a file.
+
+    Parameters
+    ----------
+    path, kind
+        As for `read_record`.
+
+    Returns
+    -------
+    object
+        As from `parse_json`.
+
+    Raises
+    ------
+    InputError
+        As `read_bytes` and `parse_json`.
+    """
+    return parse_json(read_bytes(path, kind), path, allowed=kind.allowed, error=kind.error)
 
 
 def as_record(

@@ -22,7 +22,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from elocute.errors import InputError
-from elocute.files.reading import bytes_text
+from elocute.files.reading import FileKind, bytes_text
 
 MAGIC = b"\x93NUMPY"
 HEADER_MAX_BYTES = 10_000
@@ -118,29 +118,25 @@ def check_size(file: BinaryIO, header: NpyHeader) -> None:
 
 
 @contextmanager
-def array_errors(
-    path: str | Path, allowed: str, error: type[InputError], remedy: str
-) -> Iterator[None]:
-    """Turn whatever a damaged file makes the standard library raise into one line of `error`.
+def array_errors(path: str | Path, kind: FileKind) -> Iterator[None]:
+    """Turn whatever a damaged file makes the standard library raise into an error of one line.
 
     Parameters
     ----------
     path : str or Path
         The file, named in the message.
-    allowed, remedy : str
-        What kind of file is wanted, and how to get one.
-    error : type of InputError
-        The class to raise.
+    kind : FileKind
+        What it may be.
 
     Raises
     ------
     InputError
-        Of the class `error`, for a damaged or unusable file.
+        Of the kind's class, for a damaged or unusable file.
     """
     try:
         yield
     except UnusableArrayError as problem:
-        raise error.about(path, found=str(problem), allowed=allowed, remedy=remedy) from None
+        raise kind.unusable(path, str(problem)) from None
     except (
         zipfile.BadZipFile,
         zipfile.LargeZipFile,
@@ -158,9 +154,7 @@ def array_errors(
         if isinstance(problem, InputError):
             raise
         reason = " ".join(str(problem).split())[:120]
-        raise error.about(
-            path, found=f"damaged, or something else ({reason})", allowed=allowed, remedy=remedy
-        ) from None
+        raise kind.unusable(path, f"damaged, or something else ({reason})") from None
 
 
 def _parsed(text: str) -> NpyHeader:

@@ -14,7 +14,7 @@ from typing import Any
 
 from elocute.errors import InputError, ModelError
 from elocute.files.protobuf import BYTES, VARINT, read_fields
-from elocute.files.reading import read_bytes
+from elocute.files.reading import FileKind, read_bytes
 
 FIELDS_MAX = 2_000_000
 NODES_MAX = 10_000
@@ -42,15 +42,7 @@ class _RefusedError(Exception):
     """What a network has that none needs; becomes the caller's error with the file's name."""
 
 
-def open_session(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = ModelError,
-    remedy: str = "",
-    threads: int = 1,
-) -> Any:
+def open_session(path: str | Path, kind: FileKind, *, threads: int = 1) -> Any:
     """Open a network whose weights all lie in its file.
 
     The file is read into memory first, so that it cannot name other files; one that does is
@@ -60,12 +52,8 @@ def open_session(
     ----------
     path : str or Path
         The file.
-    max_bytes : int
-        Largest size of the file, bytes.
-    allowed, remedy : str
-        What kind of file is wanted, and how to get one; both appear in the error message.
-    error : type of InputError
-        The class to raise.
+    kind : FileKind
+        What it may be.
     threads : int
         Threads of one run.
 
@@ -77,9 +65,10 @@ def open_session(
     Raises
     ------
     InputError
-        Of the class `error`, for a file that is missing, too large or not a network.
+        Of the kind's class, for a file that is missing, too large or not a network.
     """
-    data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy)
+    data = read_bytes(path, kind)
+    allowed, error = kind.allowed, kind.error
     try:
         _Check().message(memoryview(data), "model", DEPTH_MAX)
     except (ValueError, TypeError) as problem:

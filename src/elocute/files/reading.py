@@ -9,6 +9,7 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import BinaryIO
 
@@ -17,7 +18,35 @@ from elocute.one_line_repr import brief
 
 HOLES_FREE_BYTES, HOLES_TIMES = 1_000_000_000, 1000
 """A file may be a thousand times as long as what is stored of it, or this long."""
+ANY_BYTES = 2**62
+"""The budget of a file that is never in memory as a whole, but read piece by piece."""
 _WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+
+
+@dataclass(frozen=True)
+class FileKind:
+    """What a file is read as: what is allowed, how large it may be, and how errors say so.
+
+    Parameters
+    ----------
+    allowed : str
+        What kind of file is wanted, for the message of an error.
+    max_bytes : int
+        Largest size of the file, bytes; it is checked before memory is taken.
+    error : type of InputError
+        The class to raise.
+    remedy : str
+        How to get such a file, for the message of an error.
+    """
+
+    allowed: str
+    max_bytes: int
+    error: type[InputError] = InputError
+    remedy: str = ""
+
+    def unusable(self, subject: str | Path, found: str) -> InputError:
+        """The error about a file that is not of this kind."""
+        return self.error.about(subject, found=found, allowed=self.allowed, remedy=self.remedy)
 
 
 def path_of(name: object, error: type[InputError] = InputError) -> Path:
@@ -83,26 +112,15 @@ def stored_bytes(file: BinaryIO) -> int:
 
 
 @contextmanager
-def open_regular(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = InputError,
-    remedy: str = "",
-) -> Iterator[BinaryIO]:
+def open_regular(path: str | Path, kind: FileKind) -> Iterator[BinaryIO]:
     """Open a regular file of limited size for reading.
 
     Parameters
     ----------
     path : str or Path
         The file.
-    max_bytes : int
-        Largest size of the file, bytes.
-    allowed, remedy : str
-        What kind of file is wanted, and how to get one; both appear in the error message.
-    error : type of InputError
-        The class to raise.
+    kind : FileKind
+        What it may be.
 
     Yields
     ------
@@ -112,53 +130,44 @@ def open_regular(
     Raises
     ------
     InputError
-        Of the class `error`, for a file that is missing, larger, a folder, a pipe or a device, or
+        Of the kind's class, for a file that is missing, larger, a folder, a pipe or a device, or
         cannot be read; also for errors of the operating system inside the block.
     """
-    path = path_of(path, error)
+    path = path_of(path, kind.error)
     try:
         descriptor = os.open(path, os.O_RDONLY | _WITHOUT_WAITING)
     except (OSError, ValueError) as problem:
-        raise error.about(path, found=_why(path, problem), allowed=allowed, remedy=remedy) from None
+        raise kind.unusable(path, _why(path, problem)) from None
     facts = os.fstat(descriptor)
     if not stat.S_ISREG(facts.st_mode):
         os.close(descriptor)  # Python makes no file of a folder
         found = "a folder" if stat.S_ISDIR(facts.st_mode) else "no regular file"
-        raise error.about(path, found=found, allowed=allowed, remedy=remedy)
+        raise kind.unusable(path, found)
     with os.fdopen(descriptor, "rb") as file:
-        if facts.st_size > max_bytes:
-            raise error.about(
-                path,
-                found=bytes_text(facts.st_size),
-                allowed=f"{allowed} of up to {bytes_text(max_bytes)}",
-            )
+        if facts.st_size > kind.max_bytes:
+            raise _too_large(path, bytes_text(facts.st_size), kind)
         stored = stored_bytes(file)
         if facts.st_size > max(HOLES_FREE_BYTES, HOLES_TIMES * stored):
-            raise error.about(
-                path,
-                found=f"{bytes_text(facts.st_size)}, nearly all of it holes",
-                allowed=allowed,
-                remedy="copy it again",
-            )
+            found = f"{bytes_text(facts.st_size)}, nearly all of it holes"
+            raise replace(kind, remedy="copy it again").unusable(path, found)
         try:
             yield file
         except OSError as problem:
-            raise error.about(path, found=_why(path, problem), allowed=allowed) from problem
+            raise kind.unusable(path, _why(path, problem)) from problem
 
 
-def read_bytes(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = InputError,
-    remedy: str = "",
-) -> bytes:
+def _too_large(path: Path, found: str, kind: FileKind) -> InputError:
+    """The error about a file beyond its kind's budget."""
+    allowed = f"{kind.allowed} of up to {bytes_text(kind.max_bytes)}"
+    return kind.error.about(path, found=found, allowed=allowed)
+
+
+def read_bytes(path: str | Path, kind: FileKind) -> bytes:
     """Read a regular file of limited size.
 
     Parameters
     ----------
-    path, max_bytes, allowed, error, remedy
+    path, kind
         As for `open_regular`.
 
     Returns
@@ -171,31 +180,20 @@ def read_bytes(
     InputError
         As `open_regular`, and for a file that grows meanwhile.
     """
-    with open_regular(
-        path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy
-    ) as file:
+    with open_regular(path, kind) as file:
         size = os.fstat(file.fileno()).st_size
         data = file.read(size + 1)  # asks for that much memory at once, so never for max_bytes
     if len(data) > size:  # it grew after its size was asked for
-        raise error.about(
-            path, found="a growing file", allowed=f"{allowed} of up to {bytes_text(max_bytes)}"
-        )
+        raise _too_large(Path(path), "a growing file", kind)
     return data
 
 
-def read_text(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = InputError,
-    remedy: str = "",
-) -> str:
+def read_text(path: str | Path, kind: FileKind) -> str:
     """Read UTF-8 text, with or without a byte-order mark, or UTF-16 with one.
 
     Parameters
     ----------
-    path, max_bytes, allowed, error, remedy
+    path, kind
         As for `open_regular`.
 
     Returns
@@ -208,18 +206,10 @@ def read_text(
     InputError
         As `read_bytes`, and for bytes that are no such text.
     """
-    data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy)
-    return decoded_text(data, path, allowed=allowed, error=error, remedy=remedy)
+    return decoded_text(read_bytes(path, kind), path, kind)
 
 
-def decoded_text(
-    data: bytes,
-    subject: str | Path,
-    *,
-    allowed: str,
-    error: type[InputError] = InputError,
-    remedy: str = "",
-) -> str:
+def decoded_text(data: bytes, subject: str | Path, kind: FileKind) -> str:
     """UTF-8 text, with or without a byte-order mark, or UTF-16.
 
     Parameters
@@ -228,8 +218,8 @@ def decoded_text(
         The text.
     subject : str or Path
         Where it is from, for the message.
-    allowed, error, remedy
-        As for `open_regular`.
+    kind : FileKind
+        What it may be; its size is not looked at.
 
     Returns
     -------
@@ -239,7 +229,7 @@ def decoded_text(
     Raises
     ------
     InputError
-        Of the class `error`, for bytes that are no such text.
+        Of the kind's class, for bytes that are no such text.
     """
     encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     if data[:1] and data[1:2] == data[3:4] == b"\0":  # Latin letters in UTF-16 without a mark
@@ -248,7 +238,7 @@ def decoded_text(
         return data.decode(encoding)
     except UnicodeDecodeError as problem:
         found = f"byte {problem.start} is not {encoding.upper().removesuffix('-SIG')}"
-        raise error.about(subject, found=found, allowed=allowed, remedy=remedy) from None
+        raise kind.unusable(subject, found) from None
 
 
 def bytes_text(count: int) -> str:

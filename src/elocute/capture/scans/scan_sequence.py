@@ -17,6 +17,7 @@ from typing import Any
 from elocute.corpus.clip import check_name
 from elocute.errors import CaptureError, CorpusError
 from elocute.files.json_records import read_record, write_record
+from elocute.files.reading import FileKind
 from elocute.motion.motion import FPS_MAX
 from elocute.registration.landmarks import (
     BESIDE_SUFFIXES,
@@ -253,9 +254,7 @@ def _read_metadata(folder: Path, fps: float | None) -> SequenceMetadata:
         return SequenceMetadata(fps=fps, sentence=plain or "sequence")
     known = {field.name: type(field.default) for field in fields(SequenceMetadata)}
     allowed_facts = f'{{"format": "{FORMAT}", "version": {VERSION}, "fps": 60, "unit": "mm", …}}'
-    record = read_record(
-        path, max_bytes=MANIFEST_MAX_BYTES, allowed=allowed_facts, error=CaptureError
-    )
+    record = read_record(path, FileKind(allowed_facts, MANIFEST_MAX_BYTES, CaptureError))
     try:
         if record["format"] != FORMAT or record["version"] != VERSION:
             raise ValueError("another format or version")

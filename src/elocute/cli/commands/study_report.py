@@ -71,16 +71,14 @@ def _answers(
     """The table, and the SHA-256 of it as CSV where it has no file."""
     import hashlib
 
-    from elocute.files.reading import read_bytes
+    from elocute.files.reading import FileKind, read_bytes
     from elocute.study.report.answers import FILE_MAX_BYTES, answers_text, read_answers
 
     if answers is not None:
         if database:
             raise StudyError.about("--database", found="--answers beside it", allowed="one of them")
         table = read_answers(answers)
-        data = read_bytes(
-            answers, max_bytes=FILE_MAX_BYTES, allowed="a table of answers", error=StudyError
-        )
+        data = read_bytes(answers, FileKind("a table of answers", FILE_MAX_BYTES, StudyError))
         return table, hashlib.sha256(data).hexdigest()
     from elocute.study.serving.store import Store
 

@@ -30,7 +30,7 @@ from elocute.corpus.importers.length_scale import metres_per_unit
 from elocute.corpus.importers.split_choice import choose_splits
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
-from elocute.files.reading import bytes_text, read_bytes
+from elocute.files.reading import FileKind, bytes_text, read_bytes
 from elocute.meshes.mesh_file import read_mesh_file
 
 FPS = 25.0
@@ -138,9 +138,7 @@ def read_vl(path: Path) -> Float32Array:
     CorpusError
         For a file of another size than its number of vertices needs.
     """
-    data = read_bytes(
-        path, max_bytes=FILE_MAX_BYTES, allowed="a .vl of vertices", error=_BrokenFrameError
-    )
+    data = read_bytes(path, FileKind("a .vl of vertices", FILE_MAX_BYTES, _BrokenFrameError))
     count = int.from_bytes(data[:4], "little", signed=True) if len(data) >= 4 else -1
     if count < 1 or len(data) != 4 + 12 * count:
         raise _BrokenFrameError.about(

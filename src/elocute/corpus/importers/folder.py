@@ -29,8 +29,9 @@ from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_reading import read_npy
 from elocute.files.pickles.closed_pickle import read_pickle
+from elocute.files.reading import FileKind
 
-ARRAY_MAX_BYTES = 8_000_000_000
+ARRAY_FILE = FileKind(FLOATS, 8_000_000_000, CorpusError)
 FOLDERS = ("vertices_npy", "wav")
 PROBED = 24
 """Most clips whose lengths are compared to find the frame rate."""
@@ -205,7 +206,7 @@ def read_vertices(path: Path, count: int) -> NDArray[np.float32]:
     CorpusError
         For anything else, another topology included.
     """
-    array = read_npy(path, max_bytes=ARRAY_MAX_BYTES, allowed=FLOATS, error=CorpusError)
+    array = read_npy(path, ARRAY_FILE)
     if array.dtype.kind != "f":
         raise CorpusError.about(path, found=f"{array.dtype}", allowed=FLOATS)
     flat = array.ndim == 2 and array.shape[1] == 3 * count

@@ -13,8 +13,10 @@ from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_file import ArrayFile
 from elocute.files.json_records import finite_number
+from elocute.files.reading import ANY_BYTES, FileKind
 
 FLOATS = "a .npy of floats, no Python objects"
+FLOATS_FILE = FileKind(FLOATS, ANY_BYTES, CorpusError)
 NAME_MAX = 120
 RATE_MAX = 1_000_000
 
@@ -130,7 +132,7 @@ def open_float_array(path: Path) -> ArrayFile:
     CorpusError
         For objects or other numbers, and for a file that is damaged or missing.
     """
-    array = ArrayFile(path, allowed=FLOATS, error=CorpusError)
+    array = ArrayFile(path, FLOATS_FILE)
     if array.dtype.kind != "f":
         raise CorpusError.about(path, found=f"{array.dtype}", allowed=FLOATS)
     return array

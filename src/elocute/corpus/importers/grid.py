@@ -28,6 +28,7 @@ from elocute.corpus.importers.split_choice import choose_splits
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_reading import read_npz
 from elocute.files.json_records import parse_json
+from elocute.files.reading import FileKind
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mediapipe_face_mesh import (
     INNER_LOWER,
@@ -44,9 +45,10 @@ from elocute.numerics.smoothing import gaussian_smoothed
 SUBJECT = "grid"
 NOTE = "A talker tracked in video (GRID audio-visual corpus, Cooke et al. 2006, CC BY 4.0)."
 CALM_FRAMES = 2.0  # standard deviation of the blur that steadies the nose
-FIELDS_MAX_BYTES = 16_000_000
 FRAMES_MAX = 100_000
 ALLOWED = "the fields of grid_s1"
+FIELDS_MAX_BYTES = 16_000_000
+FIELDS_FILE = FileKind(ALLOWED, FIELDS_MAX_BYTES, CorpusError)
 SCALARS = ("inner_opening_mean", "lip_width", "jaw", "lower_lip", "upper_lip")
 SILENCE = ("sil", "sp", "")
 
@@ -214,7 +216,7 @@ def read_tracked_lips(path: Path) -> TrackedLips:
     CorpusError
         For missing fields, unusable numbers, or fewer than two frames with a face.
     """
-    fields = read_npz(path, max_bytes=FIELDS_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+    fields = read_npz(path, FIELDS_FILE)
     try:
         return _tracked_lips(path, fields)
     except CorpusError:

@@ -33,7 +33,7 @@ from elocute.errors import AudioError, CorpusError
 from elocute.files.array_file import ArrayFile
 from elocute.files.json_records import parse_json
 from elocute.files.pickles.closed_pickle import read_pickle
-from elocute.files.reading import read_text
+from elocute.files.reading import FileKind, read_text
 
 FPS = 60.0
 VERTICES = 5023  # FLAME's mesh
@@ -154,7 +154,7 @@ def read_texts(path: Path) -> Texts:
         For anything else.
     """
     allowed = "subject TAB sentence TAB text, or .json {subject: {sentence: text}}"
-    text = read_text(path, max_bytes=TEXTS_MAX_BYTES, allowed=allowed, error=CorpusError)
+    text = read_text(path, FileKind(allowed, TEXTS_MAX_BYTES, CorpusError))
     try:
         if path.suffix.lower() == ".json":
             return {

@@ -30,7 +30,7 @@ from elocute.files.pickles.pickle_objects import (
     new_object,
     tuple_of,
 )
-from elocute.files.reading import read_bytes
+from elocute.files.reading import FileKind, read_bytes
 
 FILE_MAX_BYTES = 2_000_000_000
 STEPS_MAX = 5_000_000
@@ -66,7 +66,7 @@ def read_pickle(path: str | Path, *, max_bytes: int = FILE_MAX_BYTES) -> Any:
         size, or holds anything else.
     """
     path = Path(path)
-    data = read_bytes(path, max_bytes=max_bytes, allowed="a pickle")
+    data = read_bytes(path, FileKind("a pickle", max_bytes))
     try:
         return _Machine(data).run()
     except RefusedError as refusal:

@@ -12,7 +12,7 @@ from typing import Any
 
 from elocute.errors import StudyError
 from elocute.files.json_records import finite_number
-from elocute.files.reading import read_bytes
+from elocute.files.reading import FileKind, read_bytes
 from elocute.settings import types_of
 from elocute.study.design.design import (
     ITEMS_MAX,
@@ -31,7 +31,6 @@ from elocute.study.design.design import (
     Watching,
 )
 
-FILE_MAX_BYTES = 1_000_000
 SECTIONS: dict[str, type] = {
     "study": Study,
     "stimuli": Stimuli,
@@ -46,6 +45,7 @@ SECTIONS: dict[str, type] = {
 }
 """Beside [[conditions]]."""
 ALLOWED = "a study (study.toml)"
+DESIGN_FILE = FileKind(ALLOWED, 1_000_000, StudyError)
 
 
 def read_design(path: str | Path) -> Design:
@@ -69,7 +69,7 @@ def read_design(path: str | Path) -> Design:
     path = Path(path)
     if path.is_dir():
         path = path / "study.toml"
-    data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=StudyError)
+    data = read_bytes(path, DESIGN_FILE)
     try:
         text = data.decode("utf-8-sig")
         tables = tomllib.loads(text)

@@ -17,12 +17,13 @@ from elocute.errors import StudyError, needs_extra
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import read_record
 from elocute.files.parquet_size import unpacked_bytes
-from elocute.files.reading import open_regular, read_text
+from elocute.files.reading import FileKind, open_regular, read_text
 from elocute.study.design.design import KINDS, WORD_MAX
 
 ROLES = ("test", "qualification", "catch", "practice")
 SUFFIXES = (".csv", ".json", ".parquet")
 FILE_MAX_BYTES = 500_000_000
+CSV_FILE = FileKind("a .csv of answers", FILE_MAX_BYTES, StudyError)
 ROWS_MAX = 5_000_000
 FORMAT = "elocute answers"
 _DOTTED = re.compile(r"[a-z0-9_.-]{1,300}")
@@ -243,7 +244,7 @@ _ALLOWED = f"the columns {', '.join(COLUMNS)}"
 
 
 def _csv_rows(path: Path) -> list[dict[str, Any]]:
-    text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed="a .csv of answers", error=StudyError)
+    text = read_text(path, CSV_FILE)
     try:
         reader = csv.DictReader(io.StringIO(text, newline=""))
         missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
@@ -258,7 +259,7 @@ def _csv_rows(path: Path) -> list[dict[str, Any]]:
 
 def _json_rows(path: Path) -> list[dict[str, Any]]:
     allowed = f'{{"format": "{FORMAT}", "version": 1, "answers": […]}}'
-    record = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=StudyError)
+    record = read_record(path, FileKind(allowed, FILE_MAX_BYTES, StudyError))
     rows = record.get("answers")
     fits = record.get("format") == FORMAT
     if not fits or not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
@@ -269,7 +270,7 @@ def _json_rows(path: Path) -> list[dict[str, Any]]:
 def _parquet_rows(path: Path) -> list[dict[str, Any]]:
     parquet, arrow = _pyarrow()
     allowed = "a .parquet of answers"
-    with open_regular(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=StudyError) as file:
+    with open_regular(path, FileKind(allowed, FILE_MAX_BYTES, StudyError)) as file:
         try:
             unpacked = unpacked_bytes(file)
             if unpacked > FILE_MAX_BYTES:

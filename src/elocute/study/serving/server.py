@@ -19,6 +19,7 @@ from urllib.parse import quote
 
 from elocute.errors import StudyError, needs_extra
 from elocute.files.json_records import as_record, parse_json
+from elocute.files.reading import FileKind
 from elocute.study.design.design import WORD_MAX
 from elocute.study.design.trials import (
     Clip,
@@ -63,7 +64,7 @@ EARLY_S = 0.25
 """How much sooner than the clip lasts an answer may come: clocks and the last frame."""
 SLACK_S = 5.0
 """How much longer than the server has seen a person may say to have needed."""
-TEXTS_MAX = 200_000
+TEXTS_FILE = FileKind("texts", 200_000, StudyError)
 NUMBER = re.compile(r"\d{1,3}")
 PANEL_VALUE = re.compile(r"(?!.*(?:\{\{|\$\{|%%|\[%))[^\x00-\x1f\x7f]{1,200}")
 """What a panel calls a person, a study or a session; never what a panel has left unfilled, as
@@ -545,7 +546,7 @@ def read_texts(languages: tuple[str, ...], folder: Path | None = None) -> dict[s
     """
     from elocute.files.json_records import read_record
 
-    english = read_record(PAGES / "en.json", max_bytes=TEXTS_MAX, allowed="texts")
+    english = read_record(PAGES / "en.json", TEXTS_FILE)
     texts = {}
     for language in languages:
         own = folder / f"{language}.json" if folder else None
@@ -556,7 +557,7 @@ def read_texts(languages: tuple[str, ...], folder: Path | None = None) -> dict[s
                 found=repr(language),
                 allowed="en, de, or a language with a file LANGUAGE.json among `texts`",
             )
-        read = read_record(path, max_bytes=TEXTS_MAX, allowed="texts", error=StudyError)
+        read = read_record(path, TEXTS_FILE)
         missing = [name for name in english if not isinstance(read.get(name), str)]
         if missing:
             raise StudyError.about(

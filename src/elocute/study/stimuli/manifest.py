@@ -10,16 +10,17 @@ from typing import Any
 
 from elocute.errors import StudyError
 from elocute.files.json_records import finite_number, read_record, write_record
-from elocute.files.reading import open_regular
+from elocute.files.reading import ANY_BYTES, FileKind, open_regular
 from elocute.study.design.design import Design, StimulusSound
 from elocute.study.design.design_file import read_design
 from elocute.study.design.trials import all_videos
 from elocute.study.stimuli.sources import with_found_sounds
 
+VIDEO_FILE = FileKind("a file", ANY_BYTES, StudyError)
 FORMAT = "elocute study"
 NAME, DESIGN, VIDEOS, PAIRS = "manifest.json", "study.toml", "videos", "pairs"
-FILE_MAX_BYTES = 100_000_000
 ALLOWED = "the manifest of a study, as `elocute study new` writes it"
+MANIFEST_FILE = FileKind(ALLOWED, 100_000_000, StudyError)
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,7 @@ class StudyFolder:
 def file_sha256(path: Path) -> str:
     """SHA-256 of a file, hexadecimal. Raises StudyError where it cannot be read."""
     digest = hashlib.sha256()
-    with open_regular(path, max_bytes=2**40, allowed="a file", error=StudyError) as file:
+    with open_regular(path, VIDEO_FILE) as file:
         while block := file.read(1 << 20):
             digest.update(block)
     return digest.hexdigest()
@@ -150,7 +151,7 @@ def read_manifest(folder: Path) -> Manifest:
         For a file that is missing or something else.
     """
     path = folder / NAME
-    record = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=StudyError)
+    record = read_record(path, MANIFEST_FILE)
     try:
         if record["format"] != FORMAT or record["version"] != 1:
             raise ValueError("another format or version")
