@@ -145,18 +145,7 @@ def lag_sums(sound: Waveform, activity: Float64Array, fps: float) -> LagSums | N
 
 
 def estimate_offset(sums: LagSums) -> SyncOffset:
-    """Find the lag of the highest correlation, by a parabola through the values around it.
-
-    Parameters
-    ----------
-    sums : LagSums
-        Of one clip or more.
-
-    Returns
-    -------
-    SyncOffset
-        At that lag.
-    """
+    """The lag of the highest correlation, by a parabola through the values around it."""
     r = sums.products / np.sqrt(sums.sound * sums.motion)
     best = int(r.argmax())
     shift = 0.0

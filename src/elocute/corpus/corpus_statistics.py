@@ -95,18 +95,7 @@ def displacement_blocks(corpus: Corpus, names: Iterable[str]) -> Iterator[NDArra
 
 
 def corpus_summary(corpus: Corpus) -> dict[str, object]:
-    """The figures of `elocute corpus info`.
-
-    Parameters
-    ----------
-    corpus : Corpus
-        The corpus.
-
-    Returns
-    -------
-    dict
-        By name, for JSON; durations in minutes.
-    """
+    """The figures of `elocute corpus info` by name, for JSON; durations in minutes."""
     per_subject = {
         subject: sum(e.frames for e in corpus.entries if e.subject == subject) / corpus.fps
         for subject in corpus.subjects

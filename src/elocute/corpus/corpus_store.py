@@ -372,37 +372,16 @@ def open_corpus(folder: str | Path) -> Corpus:
 
 
 def write_manifest(folder: Path, corpus: dict[str, Any]) -> None:
-    """Write corpus.json into a folder, indented for people.
+    """Write corpus.json, as from `manifest_of`, into a folder, indented for people.
 
-    Parameters
-    ----------
-    folder : Path
-        The corpus's folder.
-    corpus : dict
-        As from `manifest_of`.
-
-    Raises
-    ------
-    OSError
-        Where it cannot be written.
+    Raises OSError where it cannot be written.
     """
     text = json.dumps({"format": FORMAT, "version": VERSION, **corpus}, indent=1)
     (folder / "corpus.json").write_text(text + "\n", encoding="utf-8")
 
 
 def manifest_of(corpus: Corpus) -> dict[str, Any]:
-    """What the manifest of a corpus says.
-
-    Parameters
-    ----------
-    corpus : Corpus
-        The corpus.
-
-    Returns
-    -------
-    dict
-        For JSON.
-    """
+    """What the manifest of a corpus says, for JSON."""
     return {
         "fps": corpus.fps,
         "kind": corpus.kind,

@@ -200,21 +200,9 @@ def corpus_writer(
 
 
 def set_split(corpus: Corpus, name: str, split: Split) -> None:
-    """Store a split in the manifest of a corpus on disk.
+    """Store a split in the manifest of a corpus on disk; the corpus in memory stays as it is.
 
-    Parameters
-    ----------
-    corpus : Corpus
-        The corpus, which stays as it is in memory.
-    name : str
-        Name of the split; one of that name is replaced.
-    split : Split
-        Names of its clips.
-
-    Raises
-    ------
-    OutputError
-        Where the manifest cannot be written.
+    A split of that name is replaced. Raises OutputError where the manifest cannot be written.
     """
     record = manifest_of(corpus)
     record["splits"][name] = split.parts()

@@ -28,33 +28,11 @@ def longest_side(template: NDArray[np.floating]) -> float:
 
 
 def is_head_sized(size: float) -> bool:
-    """Whether something is as large as a head may be.
-
-    Parameters
-    ----------
-    size : float
-        Longest side, m.
-
-    Returns
-    -------
-    bool
-        True within `HEIGHT_RANGE_M`.
-    """
+    """Whether something whose longest side is `size` m is as large as a head may be."""
     return HEIGHT_RANGE_M[0] <= size <= HEIGHT_RANGE_M[1]
 
 
 def fitting_unit(size: float) -> str:
-    """The unit in which something has most nearly the size of a head.
-
-    Parameters
-    ----------
-    size : float
-        Longest side, in an unknown unit.
-
-    Returns
-    -------
-    str
-        A name in `UNITS`, or "" where none fits.
-    """
+    """The unit, of `UNITS`, in which something has most nearly the size of a head; "" for none."""
     fits = {name: size * metres for name, metres in UNITS.items() if is_head_sized(size * metres)}
     return min(fits, key=lambda name: abs(np.log(fits[name] / TYPICAL_HEIGHT_M)), default="")

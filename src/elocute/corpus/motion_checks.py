@@ -68,18 +68,7 @@ class MotionFacts:
 
 
 def find_motion_regions(corpus: Corpus) -> MotionRegions:
-    """Find the vertices that move most and least within clips, from a sample of frames.
-
-    Parameters
-    ----------
-    corpus : Corpus
-        The corpus.
-
-    Returns
-    -------
-    MotionRegions
-        Vertex numbers, rising.
-    """
+    """Find the vertices that move most and least within clips, from a sample of frames."""
     spread = np.zeros(corpus.vertex_count)
     entries = corpus.entries
     for index in np.unique(np.linspace(0, len(entries) - 1, SAMPLE_CLIPS).round().astype(int)):
@@ -100,22 +89,7 @@ def sampled_frames(count: int) -> NDArray[np.integer]:
 
 
 def examine_motion(corpus: Corpus, name: str, regions: MotionRegions) -> MotionFacts:
-    """Measure a clip's motion in one pass, `BLOCK_FRAMES` at a time.
-
-    Parameters
-    ----------
-    corpus : Corpus
-        The corpus.
-    name : str
-        The clip.
-    regions : MotionRegions
-        Vertices of this corpus.
-
-    Returns
-    -------
-    MotionFacts
-        Of the clip; only `broken` where a frame is not finite.
-    """
+    """Measure a clip's motion in one pass; only `broken` is known where a frame is not finite."""
     activity, before, start = [], None, 0
     jump, jump_m = None, SPEED_MAX_M_S / corpus.fps
     for block in _blocks(corpus, name):

@@ -46,35 +46,16 @@ class ShardEntry:
 
 
 def pyarrow_parquet() -> Any:
-    """The module pyarrow.parquet, imported when it is needed.
-
-    Returns
-    -------
-    module
-        `pyarrow.parquet`.
-
-    Raises
-    ------
-    MachineError
-        Without pyarrow, with what to install.
-    """
+    """The module pyarrow.parquet, imported when needed; MachineError says what to install."""
     with needs_extra("reading shards", "wild"):
         import pyarrow.parquet
     return pyarrow.parquet
 
 
 def shard_schema(components: int) -> Any:
-    """The columns of a shard, as docs/conventions.md lists them.
+    """The columns of a shard (a pyarrow.Schema), as docs/conventions.md lists them.
 
-    Parameters
-    ----------
-    components : int
-        Parameters of a frame.
-
-    Returns
-    -------
-    pyarrow.Schema
-        `parameters` is a list of `components` floats for each frame.
+    `parameters` is a list of `components` floats for each frame.
     """
     pyarrow_parquet()
     import pyarrow as pa
@@ -94,32 +75,11 @@ def shard_schema(components: int) -> Any:
 
 
 def write_shard(path: str | Path, clips: Sequence[WordClip], components: int) -> ShardEntry:
-    """Write one shard, whole or not at all.
+    """Write one shard of clips with `components` parameters a frame, whole or not at all.
 
     Workers that write a shard each give their entries to `shard_writing.write_manifest` at the end.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    clips : sequence of WordClip
-        Rows, one or more.
-    components : int
-        Parameters of a frame.
-
-    Returns
-    -------
-    ShardEntry
-        For the manifest.
-
-    Raises
-    ------
-    CorpusError
-        For no clip, or clips with another number of parameters.
-    OutputError
-        Where the file cannot be written.
-    MachineError
-        Without pyarrow.
+    Raises CorpusError for no clip, or clips with another number of parameters, OutputError where
+    the file cannot be written, MachineError without pyarrow.
     """
     path = Path(path)
     if not clips:
@@ -158,44 +118,13 @@ def _table(clips: Sequence[WordClip], components: int) -> Any:
 
 
 def sha256_of(path: Path) -> str:
-    """SHA-256 of a file, which is read in blocks.
-
-    Parameters
-    ----------
-    path : Path
-        A regular file.
-
-    Returns
-    -------
-    str
-        Hexadecimal.
-
-    Raises
-    ------
-    CorpusError
-        Where it cannot be read.
-    """
+    """SHA-256 of a file in hexadecimal, read in blocks; CorpusError where it cannot be read."""
     with open_regular(path, ANY_FILE) as file:
         return hashlib.file_digest(cast(Any, file), "sha256").hexdigest()
 
 
 def shard_fault(path: Path, entry: ShardEntry, components: int) -> str | None:
-    """Why a shard cannot be used.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    entry : ShardEntry
-        What the manifest says of it.
-    components : int
-        Parameters of a frame.
-
-    Returns
-    -------
-    str or None
-        None for a whole shard.
-    """
+    """Why a shard cannot be used by what the manifest says of it; None for a whole one."""
     if not path.is_file():
         return "no such file"
     if path.stat().st_size > FILE_MAX_BYTES:
@@ -214,24 +143,9 @@ def shard_fault(path: Path, entry: ShardEntry, components: int) -> str | None:
 
 
 def read_text_columns(path: Path, names: Sequence[str]) -> Iterator[dict[str, str]]:
-    """Read some text columns of all rows, with few rows in memory.
+    """Read some of the columns `TEXTS` row by row, with few rows in memory.
 
-    Parameters
-    ----------
-    path : Path
-        The shard.
-    names : sequence of str
-        Columns of `TEXTS`.
-
-    Yields
-    ------
-    dict of str to str
-        One for each row.
-
-    Raises
-    ------
-    CorpusError
-        Naming the row that cannot be used.
+    Raises CorpusError, naming the row that cannot be used.
     """
     row = 0
     for batch in _batches(path, names):
@@ -241,26 +155,9 @@ def read_text_columns(path: Path, names: Sequence[str]) -> Iterator[dict[str, st
 
 
 def read_clips(path: Path, components: int, split: str | None = None) -> Iterator[WordClip]:
-    """Read the rows one after another, with few in memory.
+    """Read the rows, all or of one split, one after another, with few in memory.
 
-    Parameters
-    ----------
-    path : Path
-        The shard.
-    components : int
-        Parameters of a frame.
-    split : str, optional
-        Only rows of this split.
-
-    Yields
-    ------
-    WordClip
-        One for each row.
-
-    Raises
-    ------
-    CorpusError
-        Naming the shard and the row that cannot be used.
+    Raises CorpusError, naming the shard and the row that cannot be used.
     """
     row = 0
     for batch in _batches(path):

@@ -113,23 +113,8 @@ def write_manifest(
 ) -> None:
     """Write the manifest of shards that lie in a folder, and the basis beside it.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder of the shards.
-    entries : sequence of ShardEntry
-        Its shards.
-    basis : Motion
-        On the head whose shapes the parameters weigh.
-    note : str
-        Origin and licence, in words.
-
-    Raises
-    ------
-    CorpusError
-        For no shard.
-    OutputError
-        Where a file cannot be written.
+    The basis is a motion on the head whose shapes the parameters weigh; the note has origin and
+    licence, in words. Raises CorpusError for no shard, OutputError where a file cannot be written.
     """
     if not entries:
         raise CorpusError.about(folder, found="no clip", allowed="one or more")

@@ -63,18 +63,7 @@ TOPOLOGIES = (FLAME, BIWI)
 
 
 def topology_of(vertices: int) -> Topology | None:
-    """The known mesh with a number of vertices.
-
-    Parameters
-    ----------
-    vertices : int
-        Their number.
-
-    Returns
-    -------
-    Topology or None
-        None for an unknown mesh.
-    """
+    """The known mesh with a number of vertices, or None."""
     return next((known for known in TOPOLOGIES if known.vertices == vertices), None)
 
 

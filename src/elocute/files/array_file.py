@@ -92,18 +92,7 @@ class ArrayFile:
         return self._rows(place, 1)[0]
 
     def part(self, start: int, stop: int) -> ArrayFile:
-        """Some rows as an ArrayFile of their own; nothing is read.
-
-        Parameters
-        ----------
-        start, stop : int
-            The first row and the one behind the last, cut to the array as a slice is.
-
-        Returns
-        -------
-        ArrayFile
-            A view of the same file.
-        """
+        """The rows of a slice as an ArrayFile of their own, a view of the file; nothing is read."""
         start, stop, _ = slice(start, stop).indices(len(self))
         result = copy.copy(self)
         step = self.dtype.itemsize if self._header.by_columns else self._row_bytes

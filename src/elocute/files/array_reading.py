@@ -28,24 +28,10 @@ COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 def read_npy(path: str | Path, kind: FileKind) -> NDArray[Any]:
-    """Read the array of a .npy into memory.
+    """Read the array of a .npy into memory, in the machine's byte order.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    kind : FileKind
-        What it may be.
-
-    Returns
-    -------
-    array
-        Numbers, truth values or text, in the machine's byte order.
-
-    Raises
-    ------
-    InputError
-        Of the kind's class, for a file that is missing, larger, damaged, or holds anything else.
+    Raises the kind's error for a file that is missing, larger, damaged, or holds anything but
+    numbers, truth values or text.
     """
     with open_regular(path, kind) as file, array_errors(path, kind):
         header = read_npy_header(file)
@@ -56,25 +42,10 @@ def read_npy(path: str | Path, kind: FileKind) -> NDArray[Any]:
 def read_npz(
     path: str | Path, kind: FileKind, only: frozenset[str] | None = None
 ) -> dict[str, NDArray[Any]]:
-    """Read the arrays of an .npz into memory.
+    """Read the arrays of an .npz into memory, all or `only` some, by name.
 
-    Parameters
-    ----------
-    path, kind
-        As for `read_npy`.
-    only : frozenset of str, optional
-        Names of the arrays to unpack; all by default.
-
-    Returns
-    -------
-    dict
-        Arrays by name: numbers, truth values or text, never objects.
-
-    Raises
-    ------
-    InputError
-        Of the kind's class, for a file that is missing, larger, damaged, unpacks to far more
-        than its size, or holds anything but arrays.
+    They are numbers, truth values or text, never objects. Raises the kind's error for a file that
+    is missing, larger, damaged, unpacks to far more than its size, or holds anything but arrays.
     """
     with open_regular(path, kind) as file, array_errors(path, kind), _archive(file) as archive:
         entries = archive.infolist()
@@ -87,39 +58,14 @@ def read_npz(
 def npz_names(path: str | Path, kind: FileKind) -> frozenset[str]:
     """The names of the arrays in an .npz, of which none is read.
 
-    Parameters
-    ----------
-    path, kind
-        As for `read_npy`.
-
-    Returns
-    -------
-    frozenset of str
-
-    Raises
-    ------
-    InputError
-        Of the kind's class, for a file that is missing, larger or no archive.
+    Raises the kind's error for a file that is missing, larger or no archive.
     """
     with open_regular(path, kind) as file, array_errors(path, kind), _archive(file) as archive:
         return frozenset(name.removesuffix(".npy") for name in archive.namelist())
 
 
 def fill_array(file: Any, array: NDArray[Any]) -> bool:
-    """Read bytes into an array until it is full.
-
-    Parameters
-    ----------
-    file : binary file
-        Read from where it stands.
-    array : array
-        Contiguous, of any shape and type.
-
-    Returns
-    -------
-    bool
-        False where the file ends before the array is full.
-    """
+    """Fill a contiguous array from where a file stands; False where the file ends before."""
     view, done = array.reshape(-1).view(np.uint8).data, 0
     while done < len(view):
         got = file.readinto(view[done:])

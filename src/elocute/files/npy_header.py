@@ -61,22 +61,9 @@ class NpyHeader:
 
 
 def read_npy_header(file: Any) -> NpyHeader:
-    """Parse the header of a .npy.
+    """Parse the header of a .npy from where a file stands, up to the first number.
 
-    Parameters
-    ----------
-    file : binary file
-        Stands at the start of the header, and at the first number afterwards.
-
-    Returns
-    -------
-    NpyHeader
-        Shape, type and order of the numbers.
-
-    Raises
-    ------
-    UnusableArrayError
-        For anything but a header of numbers, truth values or text.
+    Raises UnusableArrayError for anything but a header of numbers, truth values or text.
     """
     start = file.read(len(MAGIC) + 2)
     if start[: len(MAGIC)] != MAGIC or len(start) < len(MAGIC) + 2:
@@ -98,19 +85,9 @@ def read_npy_header(file: Any) -> NpyHeader:
 
 
 def check_size(file: BinaryIO, header: NpyHeader) -> None:
-    """Refuse a file that holds fewer bytes than its header promises.
+    """Raise UnusableArrayError where a file holds fewer bytes than its header promises.
 
-    Parameters
-    ----------
-    file : binary file
-        A file of the operating system, just behind its header.
-    header : NpyHeader
-        That header.
-
-    Raises
-    ------
-    UnusableArrayError
-        Where bytes are missing.
+    The file is one of the operating system, just behind its header.
     """
     left = os.fstat(file.fileno()).st_size - file.tell()
     if header.nbytes > left:
@@ -119,20 +96,7 @@ def check_size(file: BinaryIO, header: NpyHeader) -> None:
 
 @contextmanager
 def array_errors(path: str | Path, kind: FileKind) -> Iterator[None]:
-    """Turn whatever a damaged file makes the standard library raise into an error of one line.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file, named in the message.
-    kind : FileKind
-        What it may be.
-
-    Raises
-    ------
-    InputError
-        Of the kind's class, for a damaged or unusable file.
-    """
+    """Turn whatever a damaged file makes the standard library raise into the kind's error."""
     try:
         yield
     except UnusableArrayError as problem:

@@ -43,29 +43,11 @@ class _RefusedError(Exception):
 
 
 def open_session(path: str | Path, kind: FileKind, *, threads: int = 1) -> Any:
-    """Open a network whose weights all lie in its file.
+    """Open a network whose weights all lie in its file: an onnxruntime.InferenceSession.
 
     The file is read into memory first, so that it cannot name other files; one that does is
-    refused, and so are loops, functions of the file's own and operators that are not ONNX's.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    kind : FileKind
-        What it may be.
-    threads : int
-        Threads of one run.
-
-    Returns
-    -------
-    onnxruntime.InferenceSession
-        On the CPU.
-
-    Raises
-    ------
-    InputError
-        Of the kind's class, for a file that is missing, too large or not a network.
+    refused, and so are loops, functions of the file's own and operators that are not ONNX's. It
+    runs on the CPU. Raises the kind's error for a file that is missing, too large or not a network.
     """
     data = read_bytes(path, kind)
     allowed, error = kind.allowed, kind.error
@@ -88,34 +70,11 @@ def session_of(
     initializers: dict[str, Any] | None = None,
     limited: bool = False,
 ) -> Any:
-    """Open a network in memory.
+    """Open a network in memory, from `subject`, on the CPU.
 
-    Parameters
-    ----------
-    model : bytes
-        An ONNX model.
-    subject : str or Path
-        Where it is from, for the message.
-    allowed : str
-        What is wanted.
-    error : type of InputError
-        The class to raise.
-    threads : int
-        Threads of one run.
-    initializers : dict of str to onnxruntime.OrtValue, optional
-        Weights that the model declares without containing them.
-    limited : bool
-        Whether it is held to ARENA_BYTES.
-
-    Returns
-    -------
-    onnxruntime.InferenceSession
-        On the CPU.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, where onnxruntime does not take the model.
+    `initializers` are weights (onnxruntime.OrtValue) that the model declares without containing
+    them; `limited` holds it to ARENA_BYTES. Raises `error` where onnxruntime does not take the
+    model.
     """
     onnxruntime = load_onnxruntime()
     options = onnxruntime.SessionOptions()
@@ -140,16 +99,11 @@ def session_of(
 
 
 def load_onnxruntime() -> Any:
-    """Import onnxruntime, told to send nothing.
+    """The module onnxruntime, told to send nothing.
 
     Releases from 1.31 on count sessions, keep an identifier below the user's cache folder and send
     both to their maker, from threads of their own that start with the import. They then heed the
     environment; the call is for a program that imported onnxruntime before.
-
-    Returns
-    -------
-    module
-        `onnxruntime`.
     """
     os.environ["ORT_DISABLE_TELEMETRY"] = "1"
     import onnxruntime

@@ -50,25 +50,7 @@ class FileKind:
 
 
 def path_of(name: object, error: type[InputError] = InputError) -> Path:
-    """A path that a caller gave.
-
-    Parameters
-    ----------
-    name : object
-        Text or a path object.
-    error : type of InputError
-        The class to raise.
-
-    Returns
-    -------
-    Path
-        The path.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for anything else.
-    """
+    """A path that a caller gave, as text or a path object; raises `error` for anything else."""
     if not isinstance(name, str | os.PathLike):
         raise error.about("path", found=brief(name), allowed="the name of a file or folder")
     try:
@@ -78,19 +60,9 @@ def path_of(name: object, error: type[InputError] = InputError) -> Path:
 
 
 def stored_bytes(file: BinaryIO) -> int:
-    """How much of a file is stored, where that is little and the system tells; else its size.
+    """Bytes of an unread file that are stored, where few are and the system tells; else its size.
 
     A few bytes can begin a file of a terabyte that is never there, and is read for hours.
-
-    Parameters
-    ----------
-    file : binary file
-        Open, and not read from yet.
-
-    Returns
-    -------
-    int
-        Bytes.
     """
     descriptor = file.fileno()
     facts = os.fstat(descriptor)
@@ -113,25 +85,10 @@ def stored_bytes(file: BinaryIO) -> int:
 
 @contextmanager
 def open_regular(path: str | Path, kind: FileKind) -> Iterator[BinaryIO]:
-    """Open a regular file of limited size for reading.
+    """Open a regular file of limited size for reading; its size is checked on the open file.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    kind : FileKind
-        What it may be.
-
-    Yields
-    ------
-    binary file
-        Open; its size is checked on the open file.
-
-    Raises
-    ------
-    InputError
-        Of the kind's class, for a file that is missing, larger, a folder, a pipe or a device, or
-        cannot be read; also for errors of the operating system inside the block.
+    Raises the kind's error for a file that is missing, larger, a folder, a pipe or a device, or
+    cannot be read; also for errors of the operating system inside the block.
     """
     path = path_of(path, kind.error)
     try:
@@ -165,20 +122,7 @@ def _too_large(path: Path, found: str, kind: FileKind) -> InputError:
 def read_bytes(path: str | Path, kind: FileKind) -> bytes:
     """Read a regular file of limited size.
 
-    Parameters
-    ----------
-    path, kind
-        As for `open_regular`.
-
-    Returns
-    -------
-    bytes
-        All of it.
-
-    Raises
-    ------
-    InputError
-        As `open_regular`, and for a file that grows meanwhile.
+    Raises as `open_regular`, and for a file that grows meanwhile.
     """
     with open_regular(path, kind) as file:
         size = os.fstat(file.fileno()).st_size
@@ -191,45 +135,15 @@ def read_bytes(path: str | Path, kind: FileKind) -> bytes:
 def read_text(path: str | Path, kind: FileKind) -> str:
     """Read UTF-8 text, with or without a byte-order mark, or UTF-16 with one.
 
-    Parameters
-    ----------
-    path, kind
-        As for `open_regular`.
-
-    Returns
-    -------
-    str
-        All of it.
-
-    Raises
-    ------
-    InputError
-        As `read_bytes`, and for bytes that are no such text.
+    Raises as `read_bytes`, and for bytes that are no such text.
     """
     return decoded_text(read_bytes(path, kind), path, kind)
 
 
 def decoded_text(data: bytes, subject: str | Path, kind: FileKind) -> str:
-    """UTF-8 text, with or without a byte-order mark, or UTF-16.
+    """UTF-8 text, with or without a byte-order mark, or UTF-16, without the mark.
 
-    Parameters
-    ----------
-    data : bytes
-        The text.
-    subject : str or Path
-        Where it is from, for the message.
-    kind : FileKind
-        What it may be; its size is not looked at.
-
-    Returns
-    -------
-    str
-        All of it, without the mark.
-
-    Raises
-    ------
-    InputError
-        Of the kind's class, for bytes that are no such text.
+    Raises the kind's error, about `subject`, for bytes that are no such text.
     """
     encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     if data[:1] and data[1:2] == data[3:4] == b"\0":  # Latin letters in UTF-16 without a mark
@@ -242,18 +156,7 @@ def decoded_text(data: bytes, subject: str | Path, kind: FileKind) -> str:
 
 
 def bytes_text(count: int) -> str:
-    """A number of bytes as people read it, with a decimal unit.
-
-    Parameters
-    ----------
-    count : int
-        Bytes.
-
-    Returns
-    -------
-    str
-        Four digits and a unit at most.
-    """
+    """A number of bytes as people read it: four digits at most and a decimal unit."""
     for unit, size in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
         if count >= size:
             return f"{count / size:.4g} {unit}"
@@ -272,18 +175,7 @@ def _why(path: Path, problem: OSError | ValueError) -> str:
 
 
 def is_file(path: Path) -> bool:
-    """Whether a regular file has a name.
-
-    Parameters
-    ----------
-    path : Path
-        Any path.
-
-    Returns
-    -------
-    bool
-        False also for a name that no file can have.
-    """
+    """Whether a regular file has a name; False also for a name that no file can have."""
     try:
         return path.is_file()
     except (OSError, ValueError):

@@ -54,23 +54,8 @@ class TensorHeader:
 def read_tensor_header(path: str | Path, kind: FileKind) -> TensorHeader:
     """Read what a .safetensors file says that it holds, once it is known to hold it.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    kind : FileKind
-        What it may be.
-
-    Returns
-    -------
-    TensorHeader
-        Shapes and metadata.
-
-    Raises
-    ------
-    InputError
-        Of the kind's class, for a file that is missing, larger or cut short, or whose header and
-        content do not fit.
+    Raises the kind's error for a file that is missing, larger or cut short, or whose header and
+    content do not fit.
     """
     with open_regular(path, kind) as file:
         total = os.fstat(file.fileno()).st_size

@@ -55,29 +55,11 @@ def convert_biwi(
     split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Convert B3D(AC)² into a corpus.
+    """Convert B3D(AC)² into a corpus, as `registry.convert` does; a line for each assumption.
 
     The scanner's meshes face the front with y down: where the neutral mesh looks along -Z, all is
-    turned by half a turn about x.
-
-    Parameters
-    ----------
-    source : Path
-        A folder as the module describes it.
-    output : Path
-        The corpus folder, new.
-    leave_out, units, split, progress
-        As for `registry.convert`.
-
-    Returns
-    -------
-    list of str
-        A line for each thing that was assumed or skipped.
-
-    Raises
-    ------
-    InputError
-        For missing files and another topology; nothing is written then.
+    turned by half a turn about x. Raises InputError for missing files and another topology; nothing
+    is written then.
     """
     folders = list(_sentences(source))
     if not folders:

@@ -13,19 +13,7 @@ def even_split(entries: Sequence[ClipEntry], notes: list[str]) -> Split:
 
     Validation and test have about a sixth of the subjects each. Where these have no sentences of
     their own, sentences are divided too, and clips that belong to no part are left out; fewer than
-    three subjects are divided by sentences alone.
-
-    Parameters
-    ----------
-    entries : sequence of ClipEntry
-        Clips of the corpus.
-    notes : list of str
-        A line is appended that says what was done.
-
-    Returns
-    -------
-    Split
-        Names of the clips of each part.
+    three subjects are divided by sentences alone. `notes` gets a line that says what was done.
     """
     subjects = list(dict.fromkeys(entry.subject for entry in entries))
     if len(subjects) >= 3:
@@ -43,18 +31,7 @@ def even_split(entries: Sequence[ClipEntry], notes: list[str]) -> Split:
 
 
 def split_by_sentence(entries: Sequence[ClipEntry]) -> Split:
-    """Divide the sentences 80:10:10, whoever speaks them.
-
-    Parameters
-    ----------
-    entries : sequence of ClipEntry
-        Clips of the corpus.
-
-    Returns
-    -------
-    Split
-        Names of the clips of each part; every subject may be in all of them.
-    """
+    """Divide the sentences 80:10:10, whoever speaks them; every subject may be in all parts."""
     part_of = _parts_of_sentences(entries, held_percent=10)
     return _split_of([(entry.name, part_of[entry.sentence]) for entry in entries])
 
@@ -62,20 +39,9 @@ def split_by_sentence(entries: Sequence[ClipEntry]) -> Split:
 def split_by_subject_and_sentence(
     entries: Sequence[ClipEntry], validation: set[str], test: set[str]
 ) -> Split:
-    """Divide the subjects as given and the sentences 70:15:15.
+    """Divide the subjects as given, all others for training, and the sentences 70:15:15.
 
-    Parameters
-    ----------
-    entries : sequence of ClipEntry
-        Clips of the corpus.
-    validation, test : set of str
-        Subjects of these parts; all others are for training.
-
-    Returns
-    -------
-    Split
-        Names of the clips whose subject and sentence belong to the same part; the others are in
-        none.
+    Clips whose subject and sentence belong to different parts are in none.
     """
     part_of = _parts_of_sentences(entries, held_percent=15)
 

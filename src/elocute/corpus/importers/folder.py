@@ -48,29 +48,11 @@ def convert_folder(
     split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Convert such a folder into a corpus.
+    """Convert such a folder into a corpus, as `registry.convert` does; a line for each assumption.
 
-    Parameters
-    ----------
-    source : Path
-        A folder as the module describes it.
-    output : Path
-        The corpus folder, new.
-    fps : float, optional
-        Frames per second of the arrays, which do not say it; by default from the lengths of the
-        sounds and the mesh (BIWI has 25; VOCASET 60, or 30 where every second frame was kept).
-    texts, leave_out, units, split, progress
-        As for `registry.convert`.
-
-    Returns
-    -------
-    list of str
-        A line for each thing that was assumed or skipped.
-
-    Raises
-    ------
-    InputError
-        For missing, foreign or damaged files and another topology; nothing is written then.
+    The arrays do not say their frame rate: without `fps` it follows from the lengths of the sounds
+    and the mesh (BIWI has 25; VOCASET 60, or 30 where every second frame was kept). Raises
+    InputError for missing, foreign or damaged files and another topology; nothing is written then.
     """
     _check_folders(source)
     path = source / "templates.pkl"
@@ -167,19 +149,9 @@ def _sentence(subject: str, number: str, text: str) -> str:
 
 
 def subject_and_sentence(stem: str, templates: dict[str, Any]) -> tuple[str, str]:
-    """Subject and sentence of a file called SUBJECT_SENTENCE.
+    """Subject and sentence of a file called SUBJECT_SENTENCE, without its suffix.
 
-    Parameters
-    ----------
-    stem : str
-        The name of the file without its suffix.
-    templates : dict of str
-        The known subjects, whose own names may contain `_`.
-
-    Returns
-    -------
-    subject, sentence : str
-        "" and the whole name for an unknown subject.
+    Known subjects may contain `_`; for an unknown one they are "" and the whole name.
     """
     for subject in sorted(templates, key=len, reverse=True):
         if stem.startswith(f"{subject}_"):

@@ -117,20 +117,7 @@ def one_line_name(name: Any) -> str:
 def open_float_array(path: Path) -> ArrayFile:
     """Open a .npy of floats whose rows stay on disk.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    ArrayFile
-        Its rows.
-
-    Raises
-    ------
-    CorpusError
-        For objects or other numbers, and for a file that is damaged or missing.
+    Raises CorpusError for objects or other numbers, and for a file that is damaged or missing.
     """
     array = ArrayFile(path, FLOATS_FILE)
     if array.dtype.kind != "f":
@@ -139,25 +126,9 @@ def open_float_array(path: Path) -> ArrayFile:
 
 
 def checked_waveform(audio: Any, sample_rate: Any) -> Waveform:
-    """Check samples and make a Waveform of them.
+    """Make a Waveform of samples (sample,) or (sample, channel), whose channels are averaged.
 
-    Parameters
-    ----------
-    audio : object
-        Samples (sample,) or (sample, channel), floats within ±1 or integers of full scale;
-        channels are averaged.
-    sample_rate : object
-        Hz.
-
-    Returns
-    -------
-    Waveform
-        One channel.
-
-    Raises
-    ------
-    AudioError
-        For anything else.
+    They are floats within ±1 or integers of full scale. Raises AudioError for anything else.
     """
     rate = finite_number(sample_rate.item() if isinstance(sample_rate, np.generic) else sample_rate)
     if (

@@ -81,32 +81,11 @@ class TrackedLips:
 def grid_clips(
     folder: str | Path, *, leave_out: set[str], fps: float, skipped: list[str] | None = None
 ) -> Iterator[tuple[Clip, float]]:
-    """Fit the built-in head to the clips of a folder, one after another.
+    """Fit the built-in head to the clips of a folder, one after another, at a frame rate.
 
-    Subjects are called `grid` and sentences as their files.
-
-    Parameters
-    ----------
-    folder : str or Path
-        As the module describes it.
-    leave_out : set of str
-        Names of clips, which are not even opened.
-    fps : float
-        Frames per second of the result.
-    skipped : list of str, optional
-        A line is appended for each clip that cannot be read.
-
-    Yields
-    ------
-    clip : Clip
-        Weights of the built-in head.
-    residual_mm : float
-        RMS distance that the fit leaves in x and y, mm.
-
-    Raises
-    ------
-    CorpusError
-        Where no clip is left.
+    Yields each clip and the RMS distance that its fit leaves in x and y, mm. Subjects are called
+    `grid` and sentences as their files. Names in `leave_out` are not even opened; `skipped` gets a
+    line for each clip that cannot be read. Raises CorpusError where no clip is left.
     """
     notes = skipped if skipped is not None else []
     paths = [p for p in sorted(Path(folder).glob("*.npz")) if p.stem not in leave_out]
@@ -146,28 +125,10 @@ def convert_grid(
     split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Convert all clips of `source`, or of `source/clips`, into a corpus.
+    """Convert all clips of `source`, or of `source/clips`, as `registry.convert` does.
 
-    Parameters
-    ----------
-    source : Path
-        The folder.
-    output : Path
-        The corpus folder, new.
-    fps : float
-        Frames per second of the corpus.
-    leave_out, split, progress
-        As for `registry.convert`.
-
-    Returns
-    -------
-    list of str
-        A line for each thing that was skipped, the residual, and the split.
-
-    Raises
-    ------
-    CorpusError
-        Where no clip can be used; nothing is written then.
+    A line for each thing that was skipped, the residual, and the split. Raises CorpusError where no
+    clip can be used; nothing is written then.
     """
     folder = source / "clips" if (source / "clips").is_dir() else source
     total = max(1, sum(p.stem not in leave_out for p in folder.glob("*.npz")))
@@ -199,22 +160,9 @@ def convert_grid(
 
 
 def read_tracked_lips(path: Path) -> TrackedLips:
-    """Read one tracked clip; frames without a face are interpolated.
+    """Read one tracked clip (.npz); frames without a face are interpolated.
 
-    Parameters
-    ----------
-    path : Path
-        Its `.npz`.
-
-    Returns
-    -------
-    TrackedLips
-        The lips.
-
-    Raises
-    ------
-    CorpusError
-        For missing fields, unusable numbers, or fewer than two frames with a face.
+    Raises CorpusError for missing fields, unusable numbers, or fewer than two frames with a face.
     """
     fields = read_npz(path, FIELDS_FILE)
     try:
@@ -256,22 +204,10 @@ def _tracked_lips(path: Path, fields: dict[str, NDArray[Any]]) -> TrackedLips:
 
 
 def resting_lips(paths: list[Path]) -> TrackedLips:
-    """The talker at rest: the median of frames with nearly closed lips, over clips.
+    """The talker at rest, one frame: the median of frames with nearly closed lips, over clips.
 
-    Parameters
-    ----------
-    paths : list of Path
-        Clips; those without such a frame, or that cannot be read, do not count.
-
-    Returns
-    -------
-    TrackedLips
-        One frame.
-
-    Raises
-    ------
-    CorpusError
-        Where no clip counts.
+    Clips without such a frame, or that cannot be read, do not count. Raises CorpusError where none
+    does.
     """
     points: list[Float64Array] = []
     scalars: dict[str, list[float]] = {name: [] for name in SCALARS}
@@ -294,25 +230,11 @@ def resting_lips(paths: list[Path]) -> TrackedLips:
 
 
 def lip_motion(track: TrackedLips, rest: TrackedLips, scale: float) -> LipMotion:
-    """What moved, at the size of a head.
+    """What moved from rest, at the size of a head, whose outer eye corners are `scale` mm apart.
 
     A tracker sees a small gap between lips that touch; it is removed where lips are nearly closed,
     so that closed means closed on the head. The mouth as a whole stays in the middle: seen from the
     front, a head that turns looks like a jaw that slides.
-
-    Parameters
-    ----------
-    track : TrackedLips
-        The clip.
-    rest : TrackedLips
-        The talker at rest.
-    scale : float
-        Distance of the head's outer eye corners, mm.
-
-    Returns
-    -------
-    LipMotion
-        Displacements from rest.
     """
     seen = track.scalars["inner_opening_mean"]
     ease = tracked_opening_share(seen)

@@ -67,22 +67,9 @@ def metres_per_unit(template: NDArray[np.floating], notes: list[str], units: str
 
 
 def parse_length_unit(units: str) -> float:
-    """Metres of a unit of length.
+    """Metres of a unit of length: a name in `UNITS`, `m`, or metres as a number.
 
-    Parameters
-    ----------
-    units : str
-        A name in `UNITS`, `m`, or metres as a number.
-
-    Returns
-    -------
-    float
-        Metres.
-
-    Raises
-    ------
-    CorpusError
-        For anything else, or a number outside `METRES_RANGE`.
+    Raises CorpusError for anything else, or a number outside `METRES_RANGE`.
     """
     known = {"m": 1.0, **UNITS}
     try:

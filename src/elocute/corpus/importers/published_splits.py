@@ -31,19 +31,9 @@ BIWI_PARTS = (range(1, 33), range(33, 37), range(37, 41))
 
 
 def vocaset_splits(entries: Sequence[ClipEntry], numbers: dict[str, str]) -> dict[str, Split]:
-    """VOCASET's split of 8, 2 and 2 subjects (VOCA 2019, section 5).
+    """VOCASET's split of 8, 2 and 2 subjects (VOCA 2019, section 5) as `default`.
 
-    Parameters
-    ----------
-    entries : sequence of ClipEntry
-        Clips of the corpus.
-    numbers : dict of str to str
-        Clip name to the sentence's name in the distribution.
-
-    Returns
-    -------
-    dict of str to Split
-        The split as `default`; empty where other subjects are among the clips.
+    Empty where other subjects are among the clips.
     """
     if not {entry.subject for entry in entries} <= set(VOCASET_SUBJECTS):
         return {}
@@ -62,22 +52,11 @@ def vocaset_splits(entries: Sequence[ClipEntry], numbers: dict[str, str]) -> dic
 def biwi_splits(
     entries: Sequence[ClipEntry], numbers: dict[str, str], notes: list[str]
 ) -> dict[str, Split]:
-    """BIWI-Test-A and, where its subjects are there, BIWI-Test-B (FaceFormer 2022, section 4.1).
+    """BIWI-Test-A as `default` and, where its subjects are there, BIWI-Test-B as `test-b`.
 
-    Parameters
-    ----------
-    entries : sequence of ClipEntry
-        Clips of the corpus.
-    numbers : dict of str to str
-        Clip name to the sentence's name in the distribution.
-    notes : list of str
-        A line is appended that says what was done.
-
-    Returns
-    -------
-    dict of str to Split
-        BIWI-Test-A as `default` and BIWI-Test-B as `test-b`; empty where other subjects are among
-        the clips or a part has no clip.
+    Source: FaceFormer 2022, section 4.1. `numbers` has each clip's sentence as the distribution
+    names it; `notes` gets a line that says what was done. Empty where other subjects are among the
+    clips or a part has no clip.
     """
     if not {entry.subject for entry in entries} <= {*BIWI_SEEN, *BIWI_UNSEEN}:
         return {}

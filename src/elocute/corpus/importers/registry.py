@@ -22,22 +22,9 @@ FIXED_FPS = {"vocaset": vocaset.FPS, "biwi": biwi.FPS}
 
 
 def detect_format(source: Path) -> str:
-    """Find the format of a folder.
+    """The format, of `FORMATS`, of a folder as others distribute it.
 
-    Parameters
-    ----------
-    source : Path
-        A folder as others distribute it.
-
-    Returns
-    -------
-    str
-        One of `FORMATS`.
-
-    Raises
-    ------
-    CorpusError
-        Where it is none of them.
+    Raises CorpusError where it is none of them.
     """
     if not source.is_dir():
         raise CorpusError.about(source, found="no folder", allowed="a folder of recordings")

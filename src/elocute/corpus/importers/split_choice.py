@@ -18,18 +18,7 @@ ALLOWED = "published, even, sentences, or subjects VALIDATION/TEST, as ann,bob/c
 
 
 def check_split_choice(wanted: str | None) -> None:
-    """Check a choice before any clip is read.
-
-    Parameters
-    ----------
-    wanted : str or None
-        As for `choose_splits`.
-
-    Raises
-    ------
-    CorpusError
-        For anything else.
-    """
+    """Raise CorpusError for what `choose_splits` does not know, before any clip is read."""
     if wanted is None or wanted in SPLIT_CHOICES:
         return
     if wanted.count("/") != 1 or not wanted.partition("/")[2].strip(", "):
@@ -39,30 +28,13 @@ def check_split_choice(wanted: str | None) -> None:
 def choose_splits(
     entries: Sequence[ClipEntry], numbers: dict[str, str], wanted: str | None, notes: list[str]
 ) -> dict[str, Split]:
-    """Split an imported corpus.
+    """Split an imported corpus: splits by name, `default` among them.
 
-    Parameters
-    ----------
-    entries : sequence of ClipEntry
-        Clips of the corpus.
-    numbers : dict of str to str
-        Clip name to the sentence's name in the distribution.
-    wanted : str or None
-        `published`; `even`: by subjects, where their sentences allow it; `sentences`: every
-        subject in all parts; `VALIDATION/TEST`: subjects, with commas between. None takes the
-        published split, or an even one where none is known.
-    notes : list of str
-        A line is appended that says what was done.
-
-    Returns
-    -------
-    dict of str to Split
-        Splits by name, `default` among them.
-
-    Raises
-    ------
-    CorpusError
-        For a choice that the corpus does not allow.
+    `wanted` is `published`; `even`: by subjects, where their sentences allow it; `sentences`: every
+    subject in all parts; `VALIDATION/TEST`: subjects, with commas between. None takes the published
+    split, or an even one where none is known. `numbers` has each clip's sentence as the
+    distribution names it; `notes` gets a line that says what was done. Raises CorpusError for a
+    choice that the corpus does not allow.
     """
     check_split_choice(wanted)
     if wanted in (None, "published"):

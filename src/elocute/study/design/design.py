@@ -38,20 +38,7 @@ PANEL_PARAMETER = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
 def check_name(name: object, about: str) -> str:
-    """Raise StudyError for what is no name.
-
-    Parameters
-    ----------
-    name
-        What was given.
-    about : str
-        What it is the name of.
-
-    Returns
-    -------
-    str
-        The name.
-    """
+    """The name that was given for `about`; raises StudyError for what is no name."""
     if not isinstance(name, str) or not NAME.fullmatch(name):
         raise StudyError.about(
             about, found=repr(name)[:WORD_MAX], allowed="1 to 64 of a to z, 0 to 9, _ and -"
@@ -60,26 +47,9 @@ def check_name(name: object, about: str) -> str:
 
 
 def checked_text(given: object, about: str, longest: int = TEXT_MAX) -> dict[str, str]:
-    """A text, in one language or by language.
+    """A text by language, or one that holds for every language ("").
 
-    Parameters
-    ----------
-    given
-        A text, which then holds for every language (""), or texts by language.
-    about : str
-        What it is, for errors.
-    longest : int
-        Characters allowed.
-
-    Returns
-    -------
-    dict of str to str
-        By language; {} where there is none.
-
-    Raises
-    ------
-    StudyError
-        For anything else.
+    Raises StudyError for anything else, and for more than `longest` characters.
     """
     texts = {"": given} if isinstance(given, str) else given
     if isinstance(texts, Mapping):
@@ -620,13 +590,7 @@ class Design:
 
 
 def check_fit(design: Design) -> None:
-    """Raise StudyError for sections that do not fit each other.
-
-    Parameters
-    ----------
-    design : Design
-        Of sections that are right each by itself.
-    """
+    """Raise StudyError for sections that do not fit each other."""
     names = [each.name for each in design.conditions]
     for name in names:
         if names.count(name) > 1:

@@ -247,16 +247,6 @@ def _sound(given: object) -> StimulusSound:
 
 
 def sound_name(file: str) -> str:
-    """A file's name as the name of a stimulus: small letters, and - for what is not allowed.
-
-    Parameters
-    ----------
-    file : str
-        The path of the sound, or a pattern of paths.
-
-    Returns
-    -------
-    str
-    """
+    """A file's name as the name of a stimulus: small letters, and - for what is not allowed."""
     stem = Path(file).stem if "*" not in file else file.replace("*", "all")
     return re.sub(r"[^a-z0-9_-]+", "-", stem.lower()).strip("-")[:64]

@@ -140,19 +140,7 @@ def plan_study(plan: Plan) -> Planned:
 
 
 def power_with(plan: Plan, people: int) -> PlannedPower:
-    """How often it is found with so many people.
-
-    Parameters
-    ----------
-    plan : Plan
-        What is to be found.
-    people : int
-        Two or more.
-
-    Returns
-    -------
-    PlannedPower
-    """
+    """How often it is found with so many people, two or more."""
     at_once = max(1, CELLS_MAX // (people * plan.trials))
     rng = np.random.default_rng([plan.seed, people])
     found = done = 0
@@ -165,19 +153,7 @@ def power_with(plan: Plan, people: int) -> PlannedPower:
 
 
 def exact_power(plan: Plan, answers: int) -> float:
-    """Power of the exact binomial tests with independent answers.
-
-    Parameters
-    ----------
-    plan : Plan
-        What is to be found.
-    answers : int
-        How many.
-
-    Returns
-    -------
-    float
-    """
+    """Power of the exact binomial tests with so many independent answers."""
     with needs_extra("a plan", "study"):
         from scipy.stats import binom
     share = (1 - plan.lapses) * plan.share + plan.lapses / 2

@@ -128,19 +128,7 @@ def _is_time(text: str) -> bool:
 
 
 def answers_text(answers: Iterable[Answer], suffix: str) -> str:
-    """Answers as the text of a file.
-
-    Parameters
-    ----------
-    answers : iterable of Answer
-        Rows.
-    suffix : str
-        ".csv" or ".json".
-
-    Returns
-    -------
-    str
-    """
+    """Answers as the text of a file with the suffix ".csv" or ".json"."""
     rows = [asdict(each) for each in answers]
     if suffix == ".json":
         return json.dumps({"format": FORMAT, "version": 1, "answers": rows}, indent=1) + "\n"

@@ -74,15 +74,7 @@ class Kept:
 
 
 def check_answers(design: Design, answers: Sequence[Answer]) -> None:
-    """Raise StudyError for answers that this study cannot have been given.
-
-    Parameters
-    ----------
-    design : Design
-        The study.
-    answers : sequence of Answer
-        Its table, of whatever source.
-    """
+    """Raise StudyError for answers that this study cannot have been given."""
     names = {each.name for each in design.conditions} | {MISMATCHED}
     choices = {each.name: each.choices for each in design.stimuli.sounds}
     seen: set[tuple[str, int]] = set()
@@ -140,23 +132,9 @@ def _number(text: str) -> float:
 
 
 def keep(design: Design, answers: Sequence[Answer]) -> Kept:
-    """Apply the rules of a study.
+    """Apply the rules of a study to its table, in any order.
 
-    Parameters
-    ----------
-    design : Design
-        The study.
-    answers : sequence of Answer
-        Its table, in any order.
-
-    Returns
-    -------
-    Kept
-
-    Raises
-    ------
-    StudyError
-        For answers that this study cannot have been given.
+    Raises StudyError for answers that this study cannot have been given.
     """
     check_answers(design, answers)
     of_person: dict[str, list[Answer]] = defaultdict(list)

@@ -24,20 +24,8 @@ def plot_intervals(
 ) -> None:
     """Estimates with their intervals, a row for each name, the first at the top.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to draw.
-    names : sequence of str
-        Of the rows.
-    series : mapping of str to sequence of ConfidenceInterval
-        An interval for each row, by what it is.
-    middle : float, optional
-        Where a line stands: no difference.
-    band : tuple of float, optional
-        What is shaded: as good as no difference.
-    percent : bool
-        Whether values are shares.
+    `middle` draws a line where there is no difference, `band` shades what is as good as none, and
+    values are shares where `percent` says so.
     """
     factor = 100 if percent else 1
     if band:
@@ -71,15 +59,7 @@ def plot_intervals(
 
 
 def finish(axes: Any, *, percent: bool = False) -> None:
-    """Only the axes that say something.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where was drawn.
-    percent : bool
-        Whether shares are along x.
-    """
+    """Only the axes that say something; with `percent`, shares are along x."""
     axes.spines[["top", "right"]].set_visible(False)
     if percent:
         low, high = axes.get_xlim()

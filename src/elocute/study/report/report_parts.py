@@ -101,19 +101,7 @@ class Report:
 
 
 def shown(cell: Cell, heading: str) -> str:
-    """A cell as people read it.
-
-    Parameters
-    ----------
-    cell : Cell
-        What stands in it.
-    heading : str
-        Of its column.
-
-    Returns
-    -------
-    str
-    """
+    """A cell as people read it under the heading of its column."""
     if isinstance(cell, ConfidenceInterval):
         if cell.value != cell.value:
             return "–"
@@ -138,34 +126,12 @@ def _short(value: float) -> str:
 
 
 def is_text(table: Table, place: int) -> bool:
-    """Whether a column of a table holds texts, which stand to the left.
-
-    Parameters
-    ----------
-    table : Table
-        The table.
-    place : int
-        Of the column, from 0.
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a column of a table, from 0, holds texts, which stand to the left."""
     return bool(table.rows) and all(isinstance(row[place], str) for row in table.rows)
 
 
 def harmless(cell: Cell) -> Cell:
-    """A cell for a spreadsheet, which would run a text that begins like a formula.
-
-    Parameters
-    ----------
-    cell : Cell
-        What stands in it; its text may be a stranger's.
-
-    Returns
-    -------
-    Cell
-    """
+    """A cell for a spreadsheet, which would run a stranger's text that begins like a formula."""
     if not isinstance(cell, str):
         return cell
     text = printable(cell)

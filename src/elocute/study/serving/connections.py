@@ -30,17 +30,9 @@ BACKLOG = 100
 
 
 def connection_limit(most: int = MOST) -> int:
-    """How many connections there may be at once, below what the system allows this process.
+    """How many connections there may be at once, up to `most` and to what the system allows.
 
-    Parameters
-    ----------
-    most : int
-        No more than these, whatever it allows.
-
-    Returns
-    -------
-    int
-        The process may open files for so many afterwards, where the system lets it.
+    The process may open files for so many afterwards, where the system lets it.
     """
     try:
         import resource

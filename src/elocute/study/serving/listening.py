@@ -9,23 +9,9 @@ from elocute.errors import OutputError
 
 
 def listening(address: str, port: int) -> socket.socket:
-    """A socket that takes connections.
+    """A socket that takes connections at an address of this machine; port 0 takes a free one.
 
-    Parameters
-    ----------
-    address : str
-        Of this machine.
-    port : int
-        0 takes a free one.
-
-    Returns
-    -------
-    socket.socket
-
-    Raises
-    ------
-    OutputError
-        For an address or port that cannot be had.
+    Raises OutputError for an address or port that cannot be had.
     """
     family = socket.AF_INET6 if ":" in address else socket.AF_INET
     opened = socket.socket(family, socket.SOCK_STREAM)
@@ -42,16 +28,9 @@ def listening(address: str, port: int) -> socket.socket:
 
 
 def serve(app: Any, opened: socket.socket, *, behind_proxy: bool = False) -> None:
-    """Answer until the process is told to end.
+    """Answer until the process is told to end, and close the socket.
 
-    Parameters
-    ----------
-    app : ASGI application
-        From `study_app`.
-    opened : socket.socket
-        From `listening`; it is closed in the end.
-    behind_proxy : bool
-        Whether a server on this machine passes requests on, and says who asks.
+    With `behind_proxy`, a server on this machine passes requests on, and says who asks.
     """
     import uvicorn
 

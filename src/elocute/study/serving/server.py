@@ -345,21 +345,7 @@ STATUS = {
 
 
 def study_app(service: StudyService, port: int, clock: Callable[[], float] | None = None) -> Any:
-    """The ASGI application of a study.
-
-    Parameters
-    ----------
-    service : StudyService
-        What answers.
-    port : int
-        The port on which it listens.
-    clock : callable, optional
-        Seconds since 1970; by default the store's.
-
-    Returns
-    -------
-    ASGI application
-    """
+    """The ASGI application of a study that listens on a port; its clock is the store's by default."""
     now = clock or service.store.clock
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     joins = Rates(service.serving.joins_a_minute, service.serving.joins_a_minute / 60)
@@ -525,24 +511,10 @@ def _add_admin(
 
 
 def read_texts(languages: tuple[str, ...], folder: Path | None = None) -> dict[str, dict[str, str]]:
-    """The page's texts.
+    """The page's texts by language, then by name; the page begins with the first language.
 
-    Parameters
-    ----------
-    languages : tuple of str
-        Which; the first is the one that the page begins with.
-    folder : Path, optional
-        Where files LANGUAGE.json of further languages are.
-
-    Returns
-    -------
-    dict of str to dict of str to str
-        By language, then by name.
-
-    Raises
-    ------
-    StudyError
-        For a language without a file, and a file that lacks a text.
+    Languages beside English and German are files LANGUAGE.json in `folder`. Raises StudyError for a
+    language without a file, and a file that lacks a text.
     """
     from elocute.files.json_records import read_record
 
@@ -568,15 +540,7 @@ def read_texts(languages: tuple[str, ...], folder: Path | None = None) -> dict[s
 
 
 def check_admin_token(token: str, public: bool) -> None:
-    """Raise StudyError for an administrator's token that is easily guessed, or missing.
-
-    Parameters
-    ----------
-    token : str
-        "" for none.
-    public : bool
-        Whether others than this machine are served.
-    """
+    """Raise StudyError for an administrator's token that is easily guessed, or missing."""
     if (token or public) and not re.fullmatch(rf"[!-~]{{{TOKEN_MIN},200}}", token):
         raise StudyError.about(
             "ELOCUTE_STUDY_ADMIN_TOKEN",

@@ -233,31 +233,12 @@ class Store:
     def join(
         self, language: str, link: str | None = None, panel: dict[str, str] | None = None
     ) -> tuple[str, Person]:
-        """Take somebody in.
+        """Take somebody in, and return the token that the person's page has; its digest is stored.
 
-        Parameters
-        ----------
-        language : str
-            Of the page.
-        link : str, optional
-            The token of a personal link; whoever comes again by it is the same person, whose
-            former token ends.
-        panel : dict of str to str, optional
-            What the link of a panel brought; its "id" is a person's in the same way.
-
-        Returns
-        -------
-        token : str
-            What the person's page says who it is by. Only its digest is stored.
-        person : Person
-
-        Raises
-        ------
-        RefusedError
-            "link" for one that is unknown or whose person withdrew, "again" for the id of a panel
-            whose person withdrew, "full" where all places are taken.
-        StoreError
-            Where it cannot be stored.
+        Whoever comes again by a personal link, or with the id of a panel, is the same person, whose
+        former token ends. Raises RefusedError: "link" for one that is unknown or whose person
+        withdrew, "again" for the id of a panel whose person withdrew, "full" where all places are
+        taken. Raises StoreError where it cannot be stored.
         """
         token = secrets.token_urlsafe(TOKEN_BYTES)
         for _ in range(TRIES):
@@ -412,34 +393,12 @@ class Store:
         late_ms: float | None = None,
         dropped: int | None = None,
     ) -> Person:
-        """Store an answer, once.
+        """Store an answer (condition, number or word), once; the person as it is now.
 
-        Parameters
-        ----------
-        person : Person
-            Whose.
-        order : int
-            Of the trial in the person's sequence.
-        answer : str
-            Condition, number or word.
-        seconds : float
-            From the first playable frame to the answer.
-        replays : int
-            How often it was played again.
-        late_ms, dropped : optional
-            How far picture and sound were apart at most, and pictures that were not shown.
-
-        Returns
-        -------
-        Person
-            As it is now; unchanged where this trial was answered before.
-
-        Raises
-        ------
-        RefusedError
-            "order" for a trial that is not the next, "gone" where the person withdrew meanwhile.
-        StoreError
-            Where it cannot be stored; then it is not.
+        `late_ms` and `dropped` say how far picture and sound were apart at most, and how many
+        pictures were not shown. A trial that was answered before stays as it was. Raises
+        RefusedError: "order" for a trial that is not the next, "gone" where the person withdrew
+        meanwhile. Raises StoreError where it cannot be stored; then it is not.
         """
         now = self.clock()
         with self._writing() as connection:
@@ -567,20 +526,7 @@ class Store:
         ]
 
     def code_of(self, state: str, own: str) -> str:
-        """What a person gives to a panel: the study's fixed code, or the person's own.
-
-        Parameters
-        ----------
-        state : str
-            "active", "done" or "stopped".
-        own : str
-            The person's own.
-
-        Returns
-        -------
-        str
-            "" where there is none.
-        """
+        """What a person gives to a panel: the study's code for a state, or the person's own."""
         panel = self.design.panel
         codes = {DONE: panel.done_code or own, STOPPED: panel.stopped_code}
         return codes.get(state, "")
@@ -597,34 +543,12 @@ class Store:
 
 
 def digest(token: str) -> str:
-    """What of a token is stored.
-
-    Parameters
-    ----------
-    token : str
-        Random, of a person or a link.
-
-    Returns
-    -------
-    str
-        Hexadecimal.
-    """
+    """What of a token is stored, hexadecimal."""
     return hashlib.sha256(token.encode("utf-8", "replace")).hexdigest()
 
 
 def utc(seconds: float) -> str:
-    """A time as the table of answers writes it.
-
-    Parameters
-    ----------
-    seconds : float
-        Since 1970.
-
-    Returns
-    -------
-    str
-        ISO 8601 with milliseconds.
-    """
+    """Seconds since 1970 as the table of answers writes them: ISO 8601 with milliseconds."""
     moment = datetime.fromtimestamp(seconds, UTC)
     return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 

@@ -76,21 +76,9 @@ def krippendorff_alpha(units: Any, values: Any, level: str = "nominal") -> float
 def alpha_interval(
     units: Any, values: Any, level: str, confidence: float, seed: int = 0
 ) -> ConfidenceInterval:
-    """Alpha with an interval by the bootstrap over units.
+    """`krippendorff_alpha` with an interval by the bootstrap over units.
 
-    Parameters
-    ----------
-    units, values, level
-        As for `krippendorff_alpha`.
-    confidence : float
-        0.95, for example.
-    seed : int
-        Of the draws.
-
-    Returns
-    -------
-    ConfidenceInterval
-        NaN bounds for fewer than three units.
+    The bounds are NaN for fewer than three units.
     """
     found = _units(units, values, level)
     if found is None:

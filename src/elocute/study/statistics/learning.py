@@ -20,19 +20,7 @@ PARTS = 5
 
 
 def learning_section(design: Design, kept: Kept) -> Section:
-    """Answers by fifths of each person's sequence.
-
-    Parameters
-    ----------
-    design : Design
-        The study.
-    kept : Kept
-        What is reported.
-
-    Returns
-    -------
-    Section
-    """
+    """Answers by fifths of each person's sequence."""
     parts = _parts(kept.tests)
     alike = _as_others(kept.tests) if design.study.kind != "rating" else {}
     confidence = design.analysis.confidence

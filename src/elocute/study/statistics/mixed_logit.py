@@ -263,16 +263,6 @@ def _logistic(eta: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def marginal_share(logit: float, sd: float) -> float:
-    """The share of yes over all members, where they differ by a deviation about a logit.
-
-    Parameters
-    ----------
-    logit, sd : float
-        Mean and standard deviation, in logits.
-
-    Returns
-    -------
-    float
-    """
+    """The share of yes over all members, whose logits deviate from one by `sd`."""
     places, weights = np.polynomial.hermite_e.hermegauss(41)
     return float(_logistic(logit + sd * places) @ weights / weights.sum())

@@ -60,23 +60,9 @@ def mixed_share(
     confidence: float,
     lefts: Sequence[bool] | None = None,
 ) -> MixedShare:
-    """The share of yes over people and stimuli in general.
+    """The share of yes over people and stimuli in general; `NO_MIXED` for too few people.
 
-    Parameters
-    ----------
-    yes : sequence of bool
-        For each answer.
-    answers : sequence of Answer
-        Who gave them, and to what.
-    confidence : float
-        0.95, for example.
-    lefts : sequence of bool, optional
-        Whether yes was the left side, which is then allowed for.
-
-    Returns
-    -------
-    MixedShare
-        `NO_MIXED` for fewer than `MIXED_MIN` people.
+    Where `lefts` says whether yes was the left side, a liking for one side is allowed for.
     """
     people = [each.participant for each in answers]
     stimuli = [each.stimulus for each in answers]
@@ -142,20 +128,9 @@ class PairResult:
 
 
 def pair_result(design: Design, pair: tuple[str, str], answers: Sequence[Answer]) -> PairResult:
-    """What people chose between two conditions.
+    """What people chose between two conditions; the share told is that of the first.
 
-    Parameters
-    ----------
-    design : Design
-        The study; its [analysis] says confidence and margin.
-    pair : tuple of str
-        The condition whose share is told, and the other.
-    answers : sequence of Answer
-        Of kind "binary" and of any conditions; those of the pair are used.
-
-    Returns
-    -------
-    PairResult
+    Answers may be of any conditions; those of the pair are used.
     """
     rules = design.analysis
     of_pair = [each for each in answers if {each.left, each.right} == set(pair)]
@@ -185,19 +160,7 @@ def pair_results(design: Design, answers: Sequence[Answer]) -> list[PairResult]:
 
 
 def preference_section(design: Design, answers: Sequence[Answer]) -> Section:
-    """Everything about preferences.
-
-    Parameters
-    ----------
-    design : Design
-        Of kind "binary".
-    answers : sequence of Answer
-        Those that are kept.
-
-    Returns
-    -------
-    Section
-    """
+    """Everything about preferences, of a study of kind "binary" and the answers that are kept."""
     found = pair_results(design, answers)
     tables = [_pair_table(design, found), _condition_table(design, answers)]
     plots = [_pair_plot(design, found)]
@@ -361,19 +324,7 @@ def _side_table(design: Design, answers: Sequence[Answer]) -> Table:
 
 
 def style_section(design: Design, answers: Sequence[Answer]) -> Section:
-    """Whose manner of speaking people recognised.
-
-    Parameters
-    ----------
-    design : Design
-        Of kind "style".
-    answers : sequence of Answer
-        Those that are kept.
-
-    Returns
-    -------
-    Section
-    """
+    """Whose manner of speaking people recognised, of a study of kind "style"."""
     wanted = [_shown_style(design, each) for each in answers]
     rules = design.analysis
     rows: list[list[Cell]] = []

@@ -21,19 +21,7 @@ WORDS = 5
 
 
 def rating_section(design: Design, answers: Sequence[Answer]) -> Section:
-    """Means with intervals over people and stimuli, and differences within people and stimuli.
-
-    Parameters
-    ----------
-    design : Design
-        Of kind "rating".
-    answers : sequence of Answer
-        Those that are kept.
-
-    Returns
-    -------
-    Section
-    """
+    """Means with intervals over people and stimuli, and differences within people and stimuli."""
     mos = design.study.scale == "mos"
     names = [each.name for each in design.judged]
     confidence = design.analysis.confidence

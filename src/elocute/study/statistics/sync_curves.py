@@ -102,19 +102,7 @@ def fit_sync_curve(
 
 
 def sync_section(design: Design, answers: Sequence[Answer]) -> Section:
-    """What people noticed, by offset.
-
-    Parameters
-    ----------
-    design : Design
-        Of kind "sync".
-    answers : sequence of Answer
-        Those that are kept.
-
-    Returns
-    -------
-    Section
-    """
+    """What people noticed, by offset, of a study of kind "sync"."""
     series = _series(design)
     confidence = design.analysis.confidence
     rows: list[list[Cell]] = []

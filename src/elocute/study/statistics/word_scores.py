@@ -25,16 +25,7 @@ CONFUSIONS_MAX = 400
 def word_section(design: Design, answers: Sequence[Answer]) -> Section:
     """Shares of words that were right, against chance and against the baseline.
 
-    Parameters
-    ----------
-    design : Design
-        Of kind "intelligibility".
-    answers : sequence of Answer
-        Those that are kept; trials without a right answer are told apart.
-
-    Returns
-    -------
-    Section
+    Trials without a right answer are told apart.
     """
     scored = [each for each in answers if each.correct]
     names = [each.name for each in design.judged]

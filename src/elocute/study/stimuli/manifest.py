@@ -134,21 +134,9 @@ def file_sha256(path: Path) -> str:
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """Read the manifest of a study.
+    """Read the manifest in a study's folder.
 
-    Parameters
-    ----------
-    folder : Path
-        The study's folder.
-
-    Returns
-    -------
-    Manifest
-
-    Raises
-    ------
-    StudyError
-        For a file that is missing or something else.
+    Raises StudyError where it is missing or something else.
     """
     path = folder / NAME
     record = read_record(path, MANIFEST_FILE)
@@ -182,21 +170,10 @@ def _video(record: dict[str, Any]) -> Video:
 
 
 def open_study(folder: str | Path) -> StudyFolder:
-    """Open the folder of a study.
+    """Open a folder that `elocute study new` made.
 
-    Parameters
-    ----------
-    folder : str or Path
-        What `elocute study new` made.
-
-    Returns
-    -------
-    StudyFolder
-
-    Raises
-    ------
-    StudyError
-        For a folder that is none, or whose file was changed since its videos were made.
+    Raises StudyError for a folder that is none, or whose study.toml was changed since its videos
+    were made.
     """
     folder = Path(folder)
     manifest = read_manifest(folder)
@@ -215,28 +192,12 @@ def open_study(folder: str | Path) -> StudyFolder:
 def known_design(
     study: str | Path, data: Path | None = None, *, elsewhere: bool = False
 ) -> tuple[Design, str]:
-    """A study, rendered or not.
+    """A study by its folder or file, and the SHA-256 of what its videos were made of.
 
-    Parameters
-    ----------
-    study : str or Path
-        Its folder, or its file; beside a manifest its sounds are those of the manifest.
-    data : Path, optional
-        Where the names in the file begin, for patterns of sounds; by default its own folder.
-    elsewhere : bool
-        Whether its sounds may be somewhere else: a pattern that nothing fits then stays one.
-
-    Returns
-    -------
-    design : Design
-        The study.
-    served_sha256 : str
-        SHA-256 of the file that its videos were made of; "" where there are none.
-
-    Raises
-    ------
-    StudyError
-        For files that cannot be read, and a pattern that nothing fits.
+    That is "" where none are made yet. Beside a manifest the sounds are those of the manifest; else
+    patterns of sounds begin at `data`, by default the file's folder, and with `elsewhere` one that
+    nothing fits stays a pattern. Raises StudyError for files that cannot be read, and a pattern
+    that nothing fits.
     """
     study = Path(study)
     design, folder = read_design(study), study if study.is_dir() else study.parent

@@ -84,31 +84,12 @@ def make_stimuli(
     pool: Pool = one_after_another,
     progress: Callable[[float], None] | None = None,
 ) -> Made:
-    """Make the folder of a study.
+    """Make the folder of a study, or complete one that was begun.
 
-    Parameters
-    ----------
-    path : Path
-        study.toml.
-    folder : Path
-        Where; a folder that was begun is completed.
-    data : Path, optional
-        Where the names in the file begin; by default its own folder.
-    pool : Pool
-        Where videos are made.
-    progress : callable, optional
-        Called with the share done, 0 to 1.
-
-    Returns
-    -------
-    Made
-
-    Raises
-    ------
-    StudyError
-        For a study that cannot be made, and for a folder with answers to another study.
-    OutputError
-        For a folder that cannot be written or holds something else.
+    Names in study.toml begin at `data`, by default the file's folder; `progress` is called with the
+    share done, 0 to 1. Raises StudyError for a study that cannot be made, and for a folder with
+    answers to another study, OutputError for a folder that cannot be written or holds something
+    else.
     """
     begins = path.parent if data is None else data
     design = with_found_sounds(read_design(path), begins)

@@ -20,26 +20,10 @@ SECONDS_MAX = 120.0
 
 
 def read_part(path: Path, start_s: float = 0.0, end_s: float = 0.0) -> Waveform:
-    """A sound, or a part of it.
+    """A sound, or of a sound or video the part from `start_s` to `end_s`, where 0 is its end.
 
-    Parameters
-    ----------
-    path : Path
-        A sound, or a video with one.
-    start_s, end_s : float
-        The part, s; an end of 0 is the file's.
-
-    Returns
-    -------
-    Waveform
-        At its own rate.
-
-    Raises
-    ------
-    StudyError
-        For a part that is not there, silence, and what is too long for a stimulus.
-    AudioError
-        For a file that cannot be read.
+    Raises StudyError for a part that is not there, silence, and what is too long for a stimulus,
+    and AudioError for a file that cannot be read.
     """
     whole = read_audio(path)
     last = end_s or whole.duration_s
