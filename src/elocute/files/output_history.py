@@ -48,12 +48,12 @@ def state_folder() -> Path:
 
 
 def source_text(sources: Iterable[Source]) -> str:
-    """Inputs as the history names them, a line each: files by their real path, texts as they are."""
+    """Inputs as the history names them, a line each: files by their real path, texts as said."""
     return "\n".join(os.path.realpath(s) if os.path.lexists(s) else str(s) for s in sources)
 
 
 def fingerprint(path: Path) -> str | None:
-    """What changes when a file, or what a folder holds, changes: sizes and times; None for nothing."""
+    """What changes with a file or with what a folder holds: sizes and times; None for nothing."""
     try:
         facts = os.lstat(path)
         if stat.S_ISREG(facts.st_mode):
@@ -98,7 +98,7 @@ def remember_output(path: Path, sources: Iterable[Source], draft: Path | None = 
 
 
 def recall_output(path: Path) -> tuple[str, bool] | None:
-    """The text of an output's sources, and whether it is still as it was made; None where unknown."""
+    """The text of an output's sources, and whether it is as it was made; None where unknown."""
 
     def ask(table: sqlite3.Connection) -> tuple[str, str] | None:
         row = table.execute(

@@ -345,7 +345,7 @@ STATUS = {
 
 
 def study_app(service: StudyService, port: int, clock: Callable[[], float] | None = None) -> Any:
-    """The ASGI application of a study that listens on a port; its clock is the store's by default."""
+    """The ASGI application of a study that listens on a port, with the store's clock by default."""
     now = clock or service.store.clock
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     joins = Rates(service.serving.joins_a_minute, service.serving.joins_a_minute / 60)
