@@ -51,7 +51,7 @@ class Crowd:
         0.6, low=0, high=50, help="How far people differ in it: logits, or points of a rating."
     )
     stimuli_sd: float = setting(0.3, low=0, high=50, help="How far stimuli differ in it.")
-    noise: float = setting(15.0, low=0, high=50, help="Of single ratings, in points.")
+    noise: float = setting(15.0, low=0, high=50, help="Spread of single ratings, in points.")
     side: float = setting(0.0, low=-3, high=3, help="Liking of the left side, in logits.")
     side_sd: float = setting(0.0, low=0, high=5, help="How far people differ in it, in logits.")
     lapses: float = setting(0.03, low=0, high=1, help="Share of answers given at random.")

@@ -162,7 +162,7 @@ def plan_command(
 def simulate_command(
     study: Path = StudyFile,
     output: Path = typer.Option(..., "-o", "--output", help="Table of answers (.csv, .json)."),
-    people: int = typer.Option(50, min=1, max=100_000, help="How many."),
+    people: int = typer.Option(50, min=1, max=100_000, help="Number of people."),
     level: list[str] | None = typer.Option(
         None,
         help="CONDITION=NUMBER, its strength: logits, or points of a rating. Can be repeated; 0, "
@@ -170,7 +170,7 @@ def simulate_command(
     ),
     data: Path | None = StudyData,
     crowd: Crowd = options_of(Crowd, without=("levels",)),
-    seed: int = typer.Option(0, min=0, help="Of people, stimuli and answers."),
+    seed: int = typer.Option(0, min=0, help="Seed of people, stimuli and answers."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
 ) -> None:
