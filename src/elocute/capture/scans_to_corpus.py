@@ -32,7 +32,7 @@ from elocute.capture.sequence_tracking import (
 from elocute.capture.settings import BatchSettings
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import CorpusWriter, corpus_writer
-from elocute.corpus.importers.even_splits import even_split
+from elocute.corpus.importers.split_choice import even_split
 from elocute.corpus.shard_file import sha256_of
 from elocute.errors import AudioError, CaptureError, ElocuteError, InputError, OutputError
 from elocute.files.array_file import ArrayFile

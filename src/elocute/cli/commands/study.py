@@ -100,7 +100,7 @@ def serve_command(
     ELOCUTE_STUDY_ADMIN_TOKEN has to be set; who knows it may ask for the answers at
     /admin/answers.csv.
     """
-    from elocute.study.serving.listening import listening, serve
+    from elocute.study.serving.connections import listening, serve
     from elocute.study.serving.server import (
         Serving,
         StudyService,

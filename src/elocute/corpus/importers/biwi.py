@@ -26,8 +26,8 @@ from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.importers.frame_gaps import filled, frame_rows
 from elocute.corpus.importers.import_report import Progress, SkippedClips, require_clips
-from elocute.corpus.importers.length_scale import metres_per_unit
 from elocute.corpus.importers.split_choice import choose_splits
+from elocute.corpus.length_units import metres_per_unit
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
 from elocute.files.reading import FileKind, bytes_text, read_bytes

@@ -21,10 +21,9 @@ from elocute.corpus.frame_rates import choose_frame_rate
 from elocute.corpus.importers.foreign_arrays import FLOATS, checked_templates, open_float_array
 from elocute.corpus.importers.frame_gaps import check_frames
 from elocute.corpus.importers.import_report import Progress, SkippedClips, require_clips
-from elocute.corpus.importers.length_scale import metres_per_unit
-from elocute.corpus.importers.published_splits import VOCASET_SUBJECTS
-from elocute.corpus.importers.split_choice import choose_splits
+from elocute.corpus.importers.split_choice import VOCASET_SUBJECTS, choose_splits
 from elocute.corpus.importers.vocaset import read_texts, sentence_id
+from elocute.corpus.length_units import metres_per_unit
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_reading import read_npy

@@ -10,9 +10,9 @@ from elocute.corpus.importers.biwi import convert_biwi
 from elocute.corpus.importers.folder import convert_folder
 from elocute.corpus.importers.grid import convert_grid
 from elocute.corpus.importers.import_report import Progress
-from elocute.corpus.importers.length_scale import parse_length_unit
 from elocute.corpus.importers.split_choice import check_split_choice
 from elocute.corpus.importers.vocaset import convert_vocaset
+from elocute.corpus.length_units import parse_length_unit
 from elocute.errors import CorpusError
 from elocute.motion.motion import FPS_MAX
 

@@ -26,8 +26,7 @@ from elocute.corpus.importers.foreign_arrays import (
 )
 from elocute.corpus.importers.frame_gaps import check_frames, filled, frame_rows
 from elocute.corpus.importers.import_report import Progress, require_clips
-from elocute.corpus.importers.published_splits import VOCASET_SUBJECTS
-from elocute.corpus.importers.split_choice import choose_splits
+from elocute.corpus.importers.split_choice import VOCASET_SUBJECTS, choose_splits
 from elocute.corpus.split import ClipEntry
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_file import ArrayFile
