@@ -17,17 +17,10 @@ BLOCK_FRAMES = 256
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """Mean and variance over frames.
+    """Mean and variance over frames."""
 
-    Attributes
-    ----------
-    count : int
-        Frames.
-    mean, variance : (…,) float64
-        Of each number, over all frames.
-    """
-
-    count: int
+    count: int  # frames
+    # (…,) of each number, over all frames.
     mean: Float64Array
     variance: Float64Array
 

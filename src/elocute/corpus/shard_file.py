@@ -28,21 +28,11 @@ NUMBERS = ("start_s", "end_s", "fps", "confidence")
 
 @dataclass(frozen=True)
 class ShardEntry:
-    """A shard as the manifest lists it.
+    """A shard as the manifest lists it."""
 
-    Attributes
-    ----------
-    name : str
-        File name.
-    rows : int
-        Number of clips.
-    sha256 : str
-        SHA-256 of the file, hexadecimal.
-    """
-
-    name: str
-    rows: int
-    sha256: str
+    name: str  # file name
+    rows: int  # number of clips
+    sha256: str  # SHA-256 of the file, hexadecimal
 
 
 def pyarrow_parquet() -> Any:

@@ -22,26 +22,13 @@ LIST_FILE = FileKind("a list", 1_000_000, CorpusError)
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """A mesh of several corpora.
+    """A mesh of several corpora."""
 
-    Attributes
-    ----------
-    name : str
-        As in a corpus's manifest.
-    title : str
-        For people.
-    vertices : int
-        Their number, by which the mesh is recognised.
-    rates : tuple of float
-        Frames per second that folders of it have, the usual one first.
-    published : dict of str to str
-        Regions of vertices (`lips`, `upper_face`), and where each was published.
-    """
-
-    name: str
-    title: str
-    vertices: int
-    rates: tuple[float, ...]
+    name: str  # as in a corpus's manifest
+    title: str  # for people
+    vertices: int  # their number, by which the mesh is recognised
+    rates: tuple[float, ...]  # frames per second that folders of it have, the usual one first
+    # Regions of vertices (`lips`, `upper_face`), and where each was published.
     published: dict[str, str]
 
 

@@ -38,21 +38,11 @@ class UnusableArrayError(Exception):
 
 @dataclass(frozen=True)
 class NpyHeader:
-    """What a .npy says of its numbers.
+    """What a .npy says of its numbers."""
 
-    Parameters
-    ----------
-    shape : tuple of int
-        Length of each axis.
-    dtype : numpy.dtype
-        Type of every number, with its byte order.
-    by_columns : bool
-        Whether the first axis varies fastest (Fortran order).
-    """
-
-    shape: tuple[int, ...]
-    dtype: np.dtype[Any]
-    by_columns: bool
+    shape: tuple[int, ...]  # length of each axis
+    dtype: np.dtype[Any]  # type of every number, with its byte order
+    by_columns: bool  # whether the first axis varies fastest (Fortran order)
 
     @property
     def nbytes(self) -> int:

@@ -39,21 +39,11 @@ REMEDY = "`overwrite` replaces it, `no_clobber` keeps it"
 
 @dataclass(frozen=True)
 class PlannedOutput:
-    """One file or folder to be written.
+    """One file or folder to be written."""
 
-    Attributes
-    ----------
-    path : Path
-        The output.
-    sources : tuple of str or Path
-        What it is made from: files, or texts that name something else.
-    beside : Path or None
-        The output that it is a side file of.
-    """
-
-    path: Path
-    sources: tuple[Source, ...]
-    beside: Path | None = None
+    path: Path  # the output
+    sources: tuple[Source, ...]  # what it is made from: files, or texts that name something else
+    beside: Path | None = None  # the output that it is a side file of
 
     @property
     def origin(self) -> str:

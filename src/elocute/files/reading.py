@@ -25,24 +25,12 @@ _WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 @dataclass(frozen=True)
 class FileKind:
-    """What a file is read as: what is allowed, how large it may be, and how errors say so.
+    """What a file is read as: what is allowed, how large it may be, and how errors say so."""
 
-    Parameters
-    ----------
-    allowed : str
-        What kind of file is wanted, for the message of an error.
-    max_bytes : int
-        Largest size of the file, bytes; it is checked before memory is taken.
-    error : type of InputError
-        The class to raise.
-    remedy : str
-        How to get such a file, for the message of an error.
-    """
-
-    allowed: str
-    max_bytes: int
-    error: type[InputError] = InputError
-    remedy: str = ""
+    allowed: str  # what kind of file is wanted, for the message of an error
+    max_bytes: int  # largest size of the file, bytes; it is checked before memory is taken
+    error: type[InputError] = InputError  # the class to raise
+    remedy: str = ""  # how to get such a file, for the message of an error
 
     def unusable(self, subject: str | Path, found: str) -> InputError:
         """The error about a file that is not of this kind."""

@@ -37,18 +37,10 @@ ITEM_BYTES = {
 
 @dataclass(frozen=True)
 class TensorHeader:
-    """What a .safetensors file holds.
+    """What a .safetensors file holds."""
 
-    Attributes
-    ----------
-    shapes : dict of str to tuple of int
-        Of all tensors.
-    metadata : dict of str to str
-        Text by name.
-    """
-
-    shapes: dict[str, tuple[int, ...]]
-    metadata: dict[str, str]
+    shapes: dict[str, tuple[int, ...]]  # of all tensors
+    metadata: dict[str, str]  # text by name
 
 
 def read_tensor_header(path: str | Path, kind: FileKind) -> TensorHeader:

@@ -20,8 +20,7 @@ from pathlib import Path
 from elocute.alignment.methods import resolve_method
 from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.shard_file import sha256_of
-from elocute.corpus.shard_writing import BASIS
-from elocute.corpus.shards import ShardEntry, write_manifest
+from elocute.corpus.shards import BASIS, ShardEntry, write_manifest
 from elocute.encoders.registry import resolve_encoder
 from elocute.errors import CorpusError, OutputError
 from elocute.files.atomic import write_atomically

@@ -18,7 +18,7 @@ from elocute.errors import StudyError
 from elocute.settings import check_settings, described, setting
 from elocute.study.design.design import MISMATCHED, Design
 from elocute.study.design.trials import Shown, block_count, sequence
-from elocute.study.report.answers import Answer
+from elocute.study.report.answers import Answer, answer_to
 
 if TYPE_CHECKING:
     import numpy as np
@@ -199,19 +199,11 @@ class _Person:
             seconds = round(self._seconds(), 3)
             now += timedelta(seconds=seconds + 1)
             given.append(
-                Answer(
+                answer_to(
+                    each,
+                    self._answer(each),
                     participant=name,
                     group=seat.block,
-                    order=each.order,
-                    trial=each.trial.name,
-                    kind=each.trial.kind,
-                    role=each.trial.role,
-                    stimulus=each.trial.stimulus,
-                    reference=each.trial.reference,
-                    left=each.left,
-                    right=each.right,
-                    answer=self._answer(each),
-                    correct=each.trial.correct,
                     seconds=seconds,
                     replays=0 if self._cheats else int(self._rng.poisson(0.3)),
                     answered_at=now.isoformat(timespec="milliseconds"),

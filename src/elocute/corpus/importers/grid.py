@@ -55,27 +55,14 @@ SILENCE = ("sil", "sp", "")
 
 @dataclass(frozen=True, eq=False)
 class TrackedLips:
-    """The lips of one clip in units of the outer eye-corner distance, y up and z out of the face.
+    """The lips of a clip in units of the outer eye-corner distance, y up, z out of the face."""
 
-    Attributes
-    ----------
-    name : str
-        Of the clip.
-    fps : float
-        Frames per second.
-    points : (frame, contour, point, 3) float64
-        From the point below the nose, along `LIP_CONTOURS`.
-    scalars : dict of str to (frame,) float64
-        Distances by name, those of `SCALARS`.
-    words : tuple of str
-        What is said.
-    """
-
-    name: str
-    fps: float
+    name: str  # of the clip
+    fps: float  # frames per second
+    # (frame, contour, point, 3) from the point below the nose, along `LIP_CONTOURS`.
     points: Float64Array
-    scalars: dict[str, Float64Array]
-    words: tuple[str, ...]
+    scalars: dict[str, Float64Array]  # distances by name, those of `SCALARS`
+    words: tuple[str, ...]  # what is said
 
 
 def grid_clips(

@@ -183,29 +183,14 @@ class Condition(Checked):
 
 @dataclass(frozen=True)
 class StimulusSound:
-    """A sentence or a word that all conditions say.
+    """A sentence or a word that all conditions say."""
 
-    Attributes
-    ----------
-    name : str
-        From the file's name.
-    file : str
-        The sound, relative to study.toml.
-    seen : str
-        The sound that faces move by, where it is another (McGurk); else "".
-    word : str
-        What is said, where people are asked for it; "" where no answer is right.
-    choices : tuple of str
-        The words that are offered.
-    start_s, end_s : float
-        The part of the file, s; an end of 0 is the file's.
-    """
-
-    name: str
-    file: str
-    seen: str = ""
-    word: str = ""
-    choices: tuple[str, ...] = ()
+    name: str  # from the file's name
+    file: str  # the sound, relative to study.toml
+    seen: str = ""  # the sound that faces move by, where it is another (McGurk); else ""
+    word: str = ""  # what is said, where people are asked for it; "" where no answer is right
+    choices: tuple[str, ...] = ()  # the words that are offered
+    # The part of the file, s; an end of 0 is the file's.
     start_s: float = 0.0
     end_s: float = 0.0
 

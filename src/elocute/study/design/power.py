@@ -28,37 +28,19 @@ KINDS = ("binary", "style")
 
 @dataclass(frozen=True)
 class PlannedPower:
-    """How often it is found with so many people.
+    """How often it is found with so many people."""
 
-    Attributes
-    ----------
-    people : int
-        Whose answers are judged; those that are excluded come on top.
-    power : ConfidenceInterval
-        Share of simulated studies that find it.
-    exact : float
-        Power of the binomial test, as if answers were independent.
-    """
-
-    people: int
-    power: ConfidenceInterval
-    exact: float
+    people: int  # whose answers are judged; those that are excluded come on top
+    power: ConfidenceInterval  # share of simulated studies that find it
+    exact: float  # power of the binomial test, as if answers were independent
 
 
 @dataclass(frozen=True)
 class Planned:
-    """A plan's result.
+    """A plan's result."""
 
-    Attributes
-    ----------
-    people : int
-        How many are needed; 0 where no number is enough.
-    tried : list of PlannedPower
-        By number of people.
-    """
-
-    people: int
-    tried: list[PlannedPower]
+    people: int  # how many are needed; 0 where no number is enough
+    tried: list[PlannedPower]  # by number of people
 
 
 def plan_for(design: Design, **changes: object) -> Plan:

@@ -31,18 +31,10 @@ CHECKS_S = 90.0
 
 @dataclass(frozen=True, order=True)
 class Clip:
-    """One video: a condition that says a stimulus.
+    """One video: a condition that says a stimulus."""
 
-    Attributes
-    ----------
-    condition : str
-        Its name, or `design.MISMATCHED`.
-    stimulus : str
-        SOUND.IDENTITY.VIEW.
-    """
-
-    condition: str
-    stimulus: str
+    condition: str  # its name, or `design.MISMATCHED`
+    stimulus: str  # SOUND.IDENTITY.VIEW
 
     @property
     def name(self) -> str:
@@ -71,60 +63,31 @@ class Pair:
 
 @dataclass(frozen=True)
 class Trial:
-    """One question, the same for all who are asked it.
+    """One question, the same for all who are asked it."""
 
-    Attributes
-    ----------
-    name : str
-        Of the trial, in the table of answers.
-    kind, role : str
-        As in the table.
-    stimulus : str
-        SOUND.IDENTITY.VIEW.
-    conditions : tuple of str
-        Two that are compared, or the one that is judged.
-    reference : str
-        The condition of the reference clip, or "".
-    reference_clip : Clip, optional
-        What is shown as reference; of a rating by mushra it has the trial's own stimulus.
-    correct : str
-        The answer that is right, or "".
-    words : tuple of str
-        The words that are offered, where it is one that is asked for.
-    """
-
-    name: str
+    name: str  # of the trial, in the table of answers
+    # As in the table.
     kind: str
     role: str
-    stimulus: str
-    conditions: tuple[str, ...]
-    reference: str = ""
+    stimulus: str  # SOUND.IDENTITY.VIEW
+    conditions: tuple[str, ...]  # two that are compared, or the one that is judged
+    reference: str = ""  # the condition of the reference clip, or ""
+    # What is shown as reference; of a rating by mushra it has the trial's own stimulus.
     reference_clip: Clip | None = None
-    correct: str = ""
-    words: tuple[str, ...] = ()
+    correct: str = ""  # the answer that is right, or ""
+    words: tuple[str, ...] = ()  # the words that are offered, where it is one that is asked for
 
 
 @dataclass(frozen=True)
 class Shown:
-    """A trial as one person sees it.
+    """A trial as one person sees it."""
 
-    Attributes
-    ----------
-    order : int
-        From 1.
-    trial : Trial
-        What is asked.
-    left, right : str
-        Conditions; `right` is "" where one is judged.
-    words : tuple of str
-        In this person's order.
-    """
-
-    order: int
-    trial: Trial
+    order: int  # from 1
+    trial: Trial  # what is asked
+    # Conditions; `right` is "" where one is judged.
     left: str
     right: str
-    words: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()  # in this person's order
 
     @property
     def offers(self) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from elocute.files.json_records import read_record
 from elocute.files.parquet_size import unpacked_bytes
 from elocute.files.reading import FileKind, open_regular, read_text
 from elocute.study.design.design import KINDS, WORD_MAX
+from elocute.study.design.trials import Shown
 
 ROLES = ("test", "qualification", "catch", "practice")
 SUFFIXES = (".csv", ".json", ".parquet")
@@ -125,6 +126,37 @@ def _is_time(text: str) -> bool:
         return datetime.fromisoformat(text).tzinfo is not None
     except (TypeError, ValueError):
         return False
+
+
+def answer_to(
+    shown: Shown,
+    answer: str,
+    *,
+    participant: str,
+    group: int,
+    seconds: float,
+    replays: int,
+    answered_at: str,
+) -> Answer:
+    """A person's answer to a trial that they were shown, as a row of the table."""
+    trial = shown.trial
+    return Answer(
+        participant,
+        group,
+        shown.order,
+        trial.name,
+        trial.kind,
+        trial.role,
+        trial.stimulus,
+        trial.reference,
+        shown.left,
+        shown.right,
+        answer,
+        trial.correct,
+        seconds,
+        replays,
+        answered_at,
+    )
 
 
 def answers_text(answers: Iterable[Answer], suffix: str) -> str:

@@ -73,24 +73,12 @@ PANEL_VALUE = re.compile(r"(?!.*(?:\{\{|\$\{|%%|\[%))[^\x00-\x1f\x7f]{1,200}")
 
 @dataclass(frozen=True)
 class Serving:
-    """How a study is served.
+    """How a study is served."""
 
-    Attributes
-    ----------
-    hosts : tuple of str
-        Names under which the server is reached; () is this machine alone.
-    admin_token : str
-        Who has it may ask for answers; "" is nobody.
-    invited : bool
-        Whether only personal links let people in.
-    joins_a_minute : int
-        How many may begin in a minute from one address.
-    """
-
-    hosts: tuple[str, ...] = ()
-    admin_token: str = ""
-    invited: bool = False
-    joins_a_minute: int = 240
+    hosts: tuple[str, ...] = ()  # names under which the server is reached; () is this machine alone
+    admin_token: str = ""  # who has it may ask for answers; "" is nobody
+    invited: bool = False  # whether only personal links let people in
+    joins_a_minute: int = 240  # how many may begin in a minute from one address
 
 
 class StudyService:

@@ -16,7 +16,7 @@ import secrets
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from typing import Any
 from elocute.errors import MachineError, StudyError, needs_extra
 from elocute.study.design.design import Design
 from elocute.study.design.trials import Clip, Shown, Trial, block_count, sequence
-from elocute.study.report.answers import COLUMNS, Answer
+from elocute.study.report.answers import COLUMNS, Answer, answer_to
 from elocute.study.serving.guard import SteadyClock
 
 with needs_extra("serving a study", "study"):
@@ -99,43 +99,21 @@ ANSWERS = sql.Table(
 
 @dataclass(frozen=True)
 class Person:
-    """One participant.
+    """One participant."""
 
-    Attributes
-    ----------
-    id : str
-        Opaque, as in the table of answers.
-    block, visit : int
-        Place in the assignment.
-    language : str
-        Of the page.
-    state : str
-        "active", "done" or "stopped".
-    code : str
-        For a panel, once done.
-    checks : dict, optional
-        What the checks of screen and sound found; None before them.
-    answered : int
-        How many trials.
-    last_at : float
-        When the last answer, or what came before the first, was stored; s since 1970.
-    shown : tuple of Shown
-        The person's sequence.
-    panel : dict of str to str
-        What the link of a panel brought: "id", and "study" and "session" where it has them; {} for
-        who came otherwise.
-    """
-
-    id: str
+    id: str  # opaque, as in the table of answers
+    # Place in the assignment.
     block: int
     visit: int
-    language: str
-    state: str
-    code: str
-    checks: dict[str, Any] | None
-    answered: int
-    last_at: float
-    shown: tuple[Shown, ...]
+    language: str  # of the page
+    state: str  # "active", "done" or "stopped"
+    code: str  # for a panel, once done
+    checks: dict[str, Any] | None  # what the checks of screen and sound found; None before them
+    answered: int  # how many trials
+    last_at: float  # when the last answer, or what came before the first, was stored; s since 1970
+    shown: tuple[Shown, ...]  # the person's sequence
+    # What the link of a panel brought: "id", and "study" and "session" where it has them; {} for
+    # who came otherwise.
     panel: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -413,27 +391,17 @@ class Store:
             shown = current.next
             if order != current.answered + 1 or shown is None or current.state != ACTIVE:
                 raise RefusedError("order")
-            stored = Answer(
+            stored = answer_to(
+                shown,
+                answer,
                 participant=person.id,
                 group=current.block,
-                order=order,
-                trial=shown.trial.name,
-                kind=shown.trial.kind,
-                role=shown.trial.role,
-                stimulus=shown.trial.stimulus,
-                reference=shown.trial.reference,
-                left=shown.left,
-                right=shown.right,
-                answer=answer,
-                correct=shown.trial.correct,
                 seconds=round(seconds, 3),
                 replays=replays,
                 answered_at=utc(now),
             )
-            values = {name: getattr(stored, name) for name in COLUMNS}
-            connection.execute(
-                sql.insert(ANSWERS).values(**values, late_ms=late_ms, dropped=dropped)
-            )
+            values = {**asdict(stored), "late_ms": late_ms, "dropped": dropped}
+            connection.execute(sql.insert(ANSWERS).values(values))
             state = self._state_after(connection, current, order)
             connection.execute(
                 sql.update(PEOPLE)

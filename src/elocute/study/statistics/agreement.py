@@ -24,21 +24,11 @@ CELLS_MAX = 5_000_000
 
 @dataclass(frozen=True)
 class _Units:
-    """Units with two answers or more. Answers are points: disagreement is their squared distance.
+    """Units with two answers or more, as points: disagreement is their squared distance."""
 
-    Attributes
-    ----------
-    sizes : (unit,)
-        Answers.
-    sums : (unit, axis)
-        Of their points.
-    squares : (unit,)
-        Sums of their points' squared lengths.
-    """
-
-    sizes: NDArray[np.float64]
-    sums: NDArray[np.float64]
-    squares: NDArray[np.float64]
+    sizes: NDArray[np.float64]  # (unit,) answers
+    sums: NDArray[np.float64]  # (unit, axis) of their points
+    squares: NDArray[np.float64]  # (unit,) sums of their points' squared lengths
 
     def alpha(self, rows: NDArray[np.intp] | None = None) -> float:
         """Of all units, or of some, which may be there more than once."""

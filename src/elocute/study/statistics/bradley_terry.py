@@ -23,27 +23,13 @@ STEPS_MAX = 200
 
 @dataclass(frozen=True)
 class Strengths:
-    """The fitted model.
+    """The fitted model."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Conditions.
-    values : (condition,)
-        Strengths in logits; their mean is 0.
-    covariance : (condition, condition)
-        Over people and stimuli.
-    side : float
-        In logits: above 0 where the left is chosen more often whatever is there.
-    degrees : int
-        Of freedom.
-    """
-
-    names: tuple[str, ...]
-    values: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    side: float
-    degrees: int
+    names: tuple[str, ...]  # conditions
+    values: NDArray[np.float64]  # (condition,) strengths in logits; their mean is 0
+    covariance: NDArray[np.float64]  # (condition, condition) over people and stimuli
+    side: float  # in logits: above 0 where the left is chosen more often whatever is there
+    degrees: int  # of freedom
 
     def interval(self, name: str, confidence: float, against: str = "") -> ConfidenceInterval:
         """A strength, or how much it exceeds another's, in logits."""

@@ -27,30 +27,15 @@ EFFECT_MAX = 15.0
 
 @dataclass(frozen=True)
 class MixedLogit:
-    """A fitted model.
+    """A fitted model."""
 
-    Attributes
-    ----------
-    effects : (effect,)
-        β in logits.
-    covariance : (effect, effect)
-        Of the effects.
-    sds : dict of str to float
-        How far the members of each group differ, σ in logits.
-    log_likelihood : float
-        By Laplace's approximation.
-    degrees : float
-        Of freedom, for intervals of the effects: few members tell little of how members differ.
-    converged : bool
-        Whether the search came to an end.
-    """
-
-    effects: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    sds: dict[str, float]
-    log_likelihood: float
+    effects: NDArray[np.float64]  # (effect,) β in logits
+    covariance: NDArray[np.float64]  # (effect, effect) of the effects
+    sds: dict[str, float]  # how far the members of each group differ, σ in logits
+    log_likelihood: float  # by Laplace's approximation
+    # Of freedom, for intervals of the effects: few members tell little of how members differ.
     degrees: float
-    converged: bool
+    converged: bool  # whether the search came to an end
 
     @property
     def errors(self) -> NDArray[np.float64]:

@@ -28,26 +28,13 @@ MIXED_MIN = 4
 
 @dataclass(frozen=True)
 class MixedShare:
-    """A share as the mixed model has it: of people and stimuli in general, seen on either side.
+    """A share as the mixed model has it: of people and stimuli in general, seen on either side."""
 
-    Attributes
-    ----------
-    share : ConfidenceInterval
-        NaN where there are too few people or stimuli.
-    p : float
-        Of the hypothesis that it is a half.
-    logit : float
-        The effect, of the person and stimulus in the middle.
-    sds : dict of str to float
-        How far people and stimuli differ, in logits.
-    narrow : ConfidenceInterval
-        The interval that two one-sided tests look at: of 90 % where the other is of 95 %.
-    """
-
-    share: ConfidenceInterval
-    p: float
-    logit: float
-    sds: dict[str, float]
+    share: ConfidenceInterval  # NaN where there are too few people or stimuli
+    p: float  # of the hypothesis that it is a half
+    logit: float  # the effect, of the person and stimulus in the middle
+    sds: dict[str, float]  # how far people and stimuli differ, in logits
+    # The interval that two one-sided tests look at: of 90 % where the other is of 95 %.
     narrow: ConfidenceInterval = NO_INTERVAL
 
 
@@ -94,36 +81,21 @@ def _share(found: MixedLogit, confidence: float) -> ConfidenceInterval:
 
 @dataclass(frozen=True)
 class PairResult:
-    """What people chose between two conditions.
+    """What people chose between two conditions."""
 
-    Attributes
-    ----------
-    first, second : str
-        Conditions; shares are of the first.
-    count, total, people : int
-        How often the first was chosen, answers, and who gave them.
-    wilson : ConfidenceInterval
-        Share as if answers were independent.
-    p : float
-        Exact binomial test against a half.
-    mixed : MixedShare
-        Over people and stimuli in general.
-    equivalence : float
-        p-value of equivalence by two one-sided exact tests.
-    within : bool
-        Whether the mixed model's interval, at the confidence that two one-sided tests take, lies
-        within the margin.
-    """
-
+    # Conditions; shares are of the first.
     first: str
     second: str
+    # How often the first was chosen, answers, and who gave them.
     count: int
     total: int
     people: int
-    wilson: ConfidenceInterval
-    p: float
-    mixed: MixedShare
-    equivalence: float
+    wilson: ConfidenceInterval  # share as if answers were independent
+    p: float  # exact binomial test against a half
+    mixed: MixedShare  # over people and stimuli in general
+    equivalence: float  # p-value of equivalence by two one-sided exact tests
+    # Whether the mixed model's interval, at the confidence that two one-sided tests take, lies
+    # within the margin.
     within: bool
 
 

@@ -30,19 +30,12 @@ LAPSES = 0.02
 
 @dataclass(frozen=True)
 class SyncCurve:
-    """What is felt at each offset.
+    """What is felt at each offset."""
 
-    Attributes
-    ----------
-    early, late : float
-        Bounds in ms: below the one a sound is called early, above the other late.
-    sd : float
-        σ in ms.
-    """
-
+    # Bounds in ms: below the one a sound is called early, above the other late.
     early: float
     late: float
-    sd: float
+    sd: float  # σ in ms
 
     @property
     def middle(self) -> float:

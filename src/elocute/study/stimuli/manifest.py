@@ -25,55 +25,25 @@ MANIFEST_FILE = FileKind(ALLOWED, 100_000_000, StudyError)
 
 @dataclass(frozen=True)
 class Video:
-    """One video of a study.
+    """One video of a study."""
 
-    Attributes
-    ----------
-    name : str
-        Of its clip or pair, as `trials` names them.
-    file : str
-        Below the folder.
-    sha256 : str
-        Of the file, hexadecimal.
-    size : int
-        Bytes.
-    key : str
-        A digest of all that it was made from.
-    seconds : float
-        Its length.
-    luma : float
-        Mean brightness, 0 to 255.
-    """
-
-    name: str
-    file: str
-    sha256: str
-    size: int
-    key: str
-    seconds: float
-    luma: float
+    name: str  # of its clip or pair, as `trials` names them
+    file: str  # below the folder
+    sha256: str  # of the file, hexadecimal
+    size: int  # bytes
+    key: str  # a digest of all that it was made from
+    seconds: float  # its length
+    luma: float  # mean brightness, 0 to 255
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """What a study's folder holds.
+    """What a study's folder holds."""
 
-    Attributes
-    ----------
-    design_sha256 : str
-        Of the study.toml that it was made from.
-    sounds : tuple of StimulusSound
-        Those that the file names, patterns resolved.
-    videos : dict of str to Video
-        By name.
-    notes : tuple of str
-        What to know about them: brightness that differs, for example.
-    """
-
-    design_sha256: str
-    sounds: tuple[StimulusSound, ...]
-    videos: dict[str, Video] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    design_sha256: str  # of the study.toml that it was made from
+    sounds: tuple[StimulusSound, ...]  # those that the file names, patterns resolved
+    videos: dict[str, Video] = field(default_factory=dict)  # by name
+    notes: tuple[str, ...] = ()  # what to know about them: brightness that differs, for example
 
     def write(self, folder: Path) -> None:
         """Write it into a folder. Raises OutputError."""
@@ -93,21 +63,11 @@ class Manifest:
 
 @dataclass(frozen=True)
 class StudyFolder:
-    """A study that is ready to be served.
+    """A study that is ready to be served."""
 
-    Attributes
-    ----------
-    folder : Path
-        Where it is.
-    design : Design
-        Its file, with every sound by name.
-    manifest : Manifest
-        Its videos.
-    """
-
-    folder: Path
-    design: Design
-    manifest: Manifest
+    folder: Path  # where it is
+    design: Design  # its file, with every sound by name
+    manifest: Manifest  # its videos
 
     def check_videos(self) -> None:
         """Raise StudyError unless every video that somebody may see is there as it was made."""

@@ -45,17 +45,10 @@ ANSWERS = "answers.db"
 
 @dataclass(frozen=True)
 class Made:
-    """What `make_stimuli` did.
+    """What `make_stimuli` did."""
 
-    Attributes
-    ----------
-    manifest : Manifest
-        All videos.
-    rendered, kept : int
-        Videos made now, and those that were there.
-    """
-
-    manifest: Manifest
+    manifest: Manifest  # all videos
+    # Videos made now, and those that were there.
     rendered: int
     kept: int
 

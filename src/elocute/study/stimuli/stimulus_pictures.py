@@ -34,31 +34,16 @@ SHORT_S = 0.25
 
 @dataclass(frozen=True)
 class PictureSource:
-    """What one clip is made from.
+    """What one clip is made from."""
 
-    Attributes
-    ----------
-    condition : Condition
-        What moves it.
-    stimuli : Stimuli
-        Size, rate, light and look.
-    sound : StimulusSound
-        The sound that it moves to.
-    voice : Waveform
-        That sound.
-    face, view : str
-        Identity and camera.
-    folder : Path
-        Where names begin.
-    """
-
-    condition: Condition
-    stimuli: Stimuli
-    sound: StimulusSound
-    voice: Waveform
+    condition: Condition  # what moves it
+    stimuli: Stimuli  # size, rate, light and look
+    sound: StimulusSound  # the sound that it moves to
+    voice: Waveform  # that sound
+    # Identity and camera.
     face: str
     view: str
-    folder: Path
+    folder: Path  # where names begin
 
 
 def clip_pictures(
