@@ -16,32 +16,18 @@ from elocute.files.reading import FileKind, read_bytes
 from elocute.settings import types_of
 from elocute.study.design.design import (
     ITEMS_MAX,
-    Analysis,
-    Assignment,
-    Catch,
+    Checked,
     Comparisons,
     Condition,
     Design,
-    Exclusions,
-    Panel,
-    Qualification,
     Stimuli,
     StimulusSound,
-    Study,
-    Watching,
 )
 
 SECTIONS: dict[str, type] = {
-    "study": Study,
-    "stimuli": Stimuli,
-    "comparisons": Comparisons,
-    "assignment": Assignment,
-    "qualification": Qualification,
-    "catch": Catch,
-    "watching": Watching,
-    "exclusions": Exclusions,
-    "analysis": Analysis,
-    "panel": Panel,
+    name: kind
+    for name, (kind, _) in types_of(Design).items()
+    if isinstance(kind, type) and issubclass(kind, Checked)
 }
 """Beside [[conditions]]."""
 ALLOWED = "a study (study.toml)"

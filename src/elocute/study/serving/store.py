@@ -67,6 +67,8 @@ PEOPLE = sql.Table(
     sql.Column("panel", sql.Text, nullable=True),
     sql.UniqueConstraint("block", "visit"),
 )
+AS_STORED = ("id", "block", "visit", "language", "state", "code", "answered", "last_at")
+"""Columns that a `Person` has as they are."""
 LINKS = sql.Table(
     "study_links",
     META,
@@ -251,15 +253,8 @@ class Store:
             )
             connection.execute(
                 sql.insert(PEOPLE).values(
-                    id=person.id,
+                    **{name: getattr(person, name) for name in AS_STORED},
                     token=digest(token),
-                    block=block,
-                    visit=visit,
-                    language=language,
-                    state=ACTIVE,
-                    code=person.code,
-                    answered=0,
-                    last_at=person.last_at,
                     joined_at=utc(person.last_at),
                     shown=json.dumps([_record(each) for each in person.shown]),
                     panel=json.dumps(panel) if panel else None,
@@ -336,15 +331,8 @@ class Store:
         if row.id not in self._shown:
             self._shown[row.id] = tuple(_shown(each) for each in json.loads(row.shown))
         return Person(
-            id=row.id,
-            block=row.block,
-            visit=row.visit,
-            language=row.language,
-            state=row.state,
-            code=row.code,
+            **{name: getattr(row, name) for name in AS_STORED},
             checks=None if row.checks is None else json.loads(row.checks),
-            answered=row.answered,
-            last_at=row.last_at,
             shown=self._shown[row.id],
             panel=json.loads(row.panel) if row.panel else {},
         )
@@ -620,24 +608,10 @@ def _migrate(connection: Any) -> None:
 
 
 def _record(shown: Shown) -> dict[str, Any]:
-    trial, clip = shown.trial, shown.trial.reference_clip
-    return {
-        "order": shown.order,
-        "left": shown.left,
-        "right": shown.right,
-        "words": list(shown.words),
-        "trial": {
-            "name": trial.name,
-            "kind": trial.kind,
-            "role": trial.role,
-            "stimulus": trial.stimulus,
-            "conditions": list(trial.conditions),
-            "reference": trial.reference,
-            "reference_clip": [clip.condition, clip.stimulus] if clip else None,
-            "correct": trial.correct,
-            "words": list(trial.words),
-        },
-    }
+    """A trial as one person sees it, for JSON."""
+    record, clip = asdict(shown), shown.trial.reference_clip
+    record["trial"]["reference_clip"] = [clip.condition, clip.stimulus] if clip else None
+    return record
 
 
 def _shown(record: dict[str, Any]) -> Shown:

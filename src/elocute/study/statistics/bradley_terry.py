@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from elocute.errors import needs_extra
 from elocute.evaluation.confidence_intervals import ConfidenceInterval
+from elocute.study.statistics.mixed_logit import logistic
 from elocute.study.statistics.two_way import codes_of, degrees_of, two_way_covariance
 
 RIDGE = 1e-4
@@ -112,7 +113,7 @@ def fit_bradley_terry(
     if side:
         columns = np.column_stack([columns, np.ones(len(yes))])
     at, inverse = _newton(columns, yes)
-    scores = (yes - _logistic(columns @ at))[:, None] * columns
+    scores = (yes - logistic(columns @ at))[:, None] * columns
     who, what = codes_of(people), codes_of(stimuli)
     covariance = inverse @ two_way_covariance(scores, who, what) @ inverse
     inner = count - 1
@@ -131,7 +132,7 @@ def _newton(
     at = np.zeros(columns.shape[1])
     inverse = np.eye(len(at))
     for _ in range(STEPS_MAX):
-        p = _logistic(columns @ at)
+        p = logistic(columns @ at)
         curve = columns.T @ ((p * (1 - p))[:, None] * columns) + RIDGE * np.eye(len(at))
         inverse = np.linalg.inv(curve)
         step = np.clip(inverse @ (columns.T @ (yes - p) - RIDGE * at), -1, 1)
@@ -139,7 +140,3 @@ def _newton(
         if np.abs(step).max(initial=0.0) < 1e-10:
             break
     return np.asarray(at, np.float64), np.asarray(inverse, np.float64)
-
-
-def _logistic(eta: NDArray[np.float64]) -> NDArray[np.float64]:
-    return 0.5 * (1 + np.tanh(eta / 2))

@@ -139,7 +139,7 @@ class _Problem:
         """Effects as if nobody differed, by a few steps of Newton."""
         at = np.zeros(self.fixed.shape[1])
         for _ in range(25):
-            p = _logistic(np.clip(self.fixed @ at, -EFFECT_MAX, EFFECT_MAX))
+            p = logistic(np.clip(self.fixed @ at, -EFFECT_MAX, EFFECT_MAX))
             weight = np.maximum(self.trials * p * (1 - p), 1e-9)
             curve = self.fixed.T @ (weight[:, None] * self.fixed) + 1e-6 * np.eye(len(at))
             step = np.linalg.solve(curve, self.fixed.T @ (self.yes - self.trials * p))
@@ -167,7 +167,7 @@ class _Problem:
                 step = step / 2
                 values = values - step
                 continue
-            fit, p = now, _logistic(eta)
+            fit, p = now, logistic(eta)
             slope = scale * self._by_member(self.yes - self.trials * p) - values
             step, determinant = self._solve(self.trials * p * (1 - p), scale, slope)
             if np.abs(step).max(initial=0.0) < 1e-7:
@@ -243,11 +243,12 @@ class _Problem:
         return float(np.clip(max(total, sum(parts)) ** 2 / below, 1, 1e6)) if below > 0 else 1e6
 
 
-def _logistic(eta: NDArray[np.float64]) -> NDArray[np.float64]:
+def logistic(eta: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Shares of logits."""
     return 0.5 * (1 + np.tanh(eta / 2))
 
 
 def marginal_share(logit: float, sd: float) -> float:
     """The share of yes over all members, whose logits deviate from one by `sd`."""
     places, weights = np.polynomial.hermite_e.hermegauss(41)
-    return float(_logistic(logit + sd * places) @ weights / weights.sum())
+    return float(logistic(logit + sd * places) @ weights / weights.sum())

@@ -11,7 +11,7 @@ import numpy as np
 from elocute.evaluation.confidence_intervals import NO_INTERVAL, ConfidenceInterval
 from elocute.study.design.design import Design
 from elocute.study.report.answers import Answer
-from elocute.study.report.plots import plot_intervals
+from elocute.study.report.plots import interval_plot
 from elocute.study.report.report_parts import Cell, Plot, Section, Table
 from elocute.study.statistics.bradley_terry import fit_bradley_terry
 from elocute.study.statistics.mixed_logit import MixedLogit, fit_mixed_logit, marginal_share
@@ -135,7 +135,7 @@ def preference_section(design: Design, answers: Sequence[Answer]) -> Section:
     """Everything about preferences, of a study of kind "binary" and the answers that are kept."""
     found = pair_results(design, answers)
     tables = [_pair_table(design, found), _condition_table(design, answers)]
-    plots = [_pair_plot(design, found)]
+    plots = [_pair_plot(design, tables[0], found)]
     strengths = _strengths(design, answers)
     if strengths:
         tables.append(strengths[0])
@@ -189,24 +189,23 @@ def _pair_table(design: Design, found: Sequence[PairResult]) -> Table:
     return Table("preference_pairs", "Preference by pair", columns, rows)
 
 
-def _pair_plot(design: Design, found: Sequence[PairResult]) -> Plot:
+def _pair_plot(design: Design, table: Table, found: Sequence[PairResult]) -> Plot:
     names = [f"{each.first} over {each.second}" for each in found]
-    told = "; ".join(
-        f"{name} {100 * each.wilson.value:.0f} %" for name, each in zip(names, found, strict=True)
-    )
     series = {
         "mixed model": [each.mixed.share for each in found],
         "all answers": [each.wilson for each in found],
     }
     margin = design.analysis.margin
-
-    def draw(axes: Any) -> None:
-        plot_intervals(
-            axes, names, series, middle=0.5, band=(0.5 - margin, 0.5 + margin), percent=True
-        )
-        axes.set_xlabel("share that prefers the first, %")
-
-    return Plot("preference_pairs", "Preference by pair", told, draw, 1.2 + 0.5 * len(found))
+    return interval_plot(
+        table,
+        names,
+        series,
+        "share that prefers the first, %",
+        height=1.2 + 0.5 * len(found),
+        middle=0.5,
+        band=(0.5 - margin, 0.5 + margin),
+        percent=True,
+    )
 
 
 def _condition_table(design: Design, answers: Sequence[Answer]) -> Table:
@@ -262,13 +261,10 @@ def _strengths(design: Design, answers: Sequence[Answer]) -> tuple[Table, Plot] 
         f"people and stimuli (two-way clustering). The left side counts {found.side:+.2f} logits."
     )
     table = Table("strengths", "Bradley–Terry strengths", columns, rows, note)
-    told = "; ".join(f"{n} {each.value:+.2f}" for n, each in zip(order, intervals, strict=True))
-
-    def draw(axes: Any) -> None:
-        plot_intervals(axes, order, {"": intervals}, middle=0.0)
-        axes.set_xlabel("strength, logits")
-
-    return table, Plot("strengths", table.title, told, draw, 1.0 + 0.4 * len(order))
+    height = 1.0 + 0.4 * len(order)
+    return table, interval_plot(
+        table, order, {"": intervals}, "strength, logits", height=height, number="+.2f", middle=0.0
+    )
 
 
 def _spread_table(found: Sequence[PairResult]) -> Table:
@@ -338,17 +334,11 @@ def style_section(design: Design, answers: Sequence[Answer]) -> Section:
         rows,
         "The reference clip speaks in the style shown; guessing recognises a half.",
     )
-    told = "; ".join(
-        f"{name} {100 * each.value:.0f} %" for name, each in zip(names, wilsons, strict=True)
+    series = {"mixed model": mixeds, "all answers": wilsons}
+    height = 1.2 + 0.4 * len(names)
+    plot = interval_plot(
+        table, names, series, "recognised, %", height=height, middle=0.5, percent=True
     )
-
-    def draw(axes: Any) -> None:
-        plot_intervals(
-            axes, names, {"mixed model": mixeds, "all answers": wilsons}, middle=0.5, percent=True
-        )
-        axes.set_xlabel("recognised, %")
-
-    plot = Plot("styles", table.title, told, draw, 1.2 + 0.4 * len(names))
     return Section("Style recognition", [], [plot], [table, _side_table(design, answers)])
 
 

@@ -11,8 +11,8 @@ from elocute.errors import needs_extra
 from elocute.evaluation.confidence_intervals import NO_INTERVAL, ConfidenceInterval
 from elocute.study.design.design import Design
 from elocute.study.report.answers import Answer
-from elocute.study.report.plots import plot_intervals
-from elocute.study.report.report_parts import Cell, Plot, Section, Table
+from elocute.study.report.plots import interval_plot
+from elocute.study.report.report_parts import Cell, Section, Table
 from elocute.study.statistics.proportions import corrected
 from elocute.study.statistics.two_way import codes_of, degrees_of, mean_over
 
@@ -44,14 +44,9 @@ def rating_section(design: Design, answers: Sequence[Answer]) -> Section:
             "After ITU-R BS.1534-3, whoever rates the hidden reference below 90 in more than 15 % "
             "of the items is left out (see Exclusions)."
         )
-    told = "; ".join(f"{n} {each.value:.2f}" for n, each in zip(names, means, strict=True))
-
-    def draw(axes: Any) -> None:
-        plot_intervals(axes, names, {"": means})
-        axes.set_xlim(*((1, WORDS) if mos else (0, 100)))
-        axes.set_xlabel(f"mean rating, {unit}")
-
-    plot = Plot("ratings", table.title, told, draw, 1.0 + 0.4 * len(names))
+    limits, height = (1, WORDS) if mos else (0, 100), 1.0 + 0.4 * len(names)
+    along = f"mean rating, {unit}"
+    plot = interval_plot(table, names, {"": means}, along, height=height, limits=limits)
     return Section("Ratings", texts, [plot], [table, _differences(design, answers, mos)])
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from elocute.study.design.design import Condition, Design
 from elocute.study.report.answers import Answer
-from elocute.study.report.plots import plot_intervals
-from elocute.study.report.report_parts import Cell, Plot, Section, Table
+from elocute.study.report.plots import interval_plot
+from elocute.study.report.report_parts import Cell, Section, Table
 from elocute.study.statistics.mixed_logit import fit_mixed_logit
 from elocute.study.statistics.preferences import MIXED_MIN, mixed_share
 from elocute.study.statistics.proportions import binomial_p, corrected, wilson_interval
@@ -44,15 +43,9 @@ def word_section(design: Design, answers: Sequence[Answer]) -> Section:
         row[-1] = p
     columns = ("condition", "sound", "answers", "right, %", "mixed model, %", "by chance, %")
     table = Table("words", "Words understood", (*columns, "p above chance"), rows)
-    told = "; ".join(
-        f"{n} {100 * each.value:.0f} %" for n, each in zip(names, wilsons, strict=True)
-    )
-
-    def draw(axes: Any) -> None:
-        plot_intervals(axes, names, {"mixed model": mixeds, "all answers": wilsons}, percent=True)
-        axes.set_xlabel("words right, %")
-
-    plot = Plot("words", table.title, told, draw, 1.2 + 0.45 * len(names))
+    series = {"mixed model": mixeds, "all answers": wilsons}
+    height = 1.2 + 0.45 * len(names)
+    plot = interval_plot(table, names, series, "words right, %", height=height, percent=True)
     tables = [table]
     against = _against_baseline(design, scored)
     if against:
