@@ -371,18 +371,14 @@ def open_corpus(folder: str | Path) -> Corpus:
     return corpus
 
 
-def write_manifest(folder: Path, corpus: dict[str, Any]) -> None:
-    """Write corpus.json, as from `manifest_of`, into a folder, indented for people.
+def write_manifest(corpus: Corpus) -> None:
+    """Write corpus.json into a corpus's folder, indented for people.
 
     Raises OSError where it cannot be written.
     """
-    text = json.dumps({"format": FORMAT, "version": VERSION, **corpus}, indent=1)
-    (folder / "corpus.json").write_text(text + "\n", encoding="utf-8")
-
-
-def manifest_of(corpus: Corpus) -> dict[str, Any]:
-    """What the manifest of a corpus says, for JSON."""
-    return {
+    record = {
+        "format": FORMAT,
+        "version": VERSION,
         "fps": corpus.fps,
         "kind": corpus.kind,
         "components": corpus.components,
@@ -394,6 +390,8 @@ def manifest_of(corpus: Corpus) -> dict[str, Any]:
         ],
         "splits": {name: split.parts() for name, split in corpus.splits.items()},
     }
+    text = json.dumps(record, indent=1)
+    (corpus.folder / "corpus.json").write_text(text + "\n", encoding="utf-8")
 
 
 def _read_manifest(folder: Path) -> dict[str, Any]:

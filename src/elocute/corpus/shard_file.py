@@ -67,7 +67,7 @@ def shard_schema(components: int) -> Any:
 def write_shard(path: str | Path, clips: Sequence[WordClip], components: int) -> ShardEntry:
     """Write one shard of clips with `components` parameters a frame, whole or not at all.
 
-    Workers that write a shard each give their entries to `shard_writing.write_manifest` at the end.
+    Workers that write a shard each give their entries to `shards.write_manifest` at the end.
     Raises CorpusError for no clip, or clips with another number of parameters, OutputError where
     the file cannot be written, MachineError without pyarrow.
     """

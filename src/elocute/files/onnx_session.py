@@ -42,7 +42,7 @@ class _RefusedError(Exception):
     """What a network has that none needs; becomes the caller's error with the file's name."""
 
 
-def open_session(path: str | Path, kind: FileKind, *, threads: int = 1) -> Any:
+def open_session(path: str | Path, kind: FileKind) -> Any:
     """Open a network whose weights all lie in its file: an onnxruntime.InferenceSession.
 
     The file is read into memory first, so that it cannot name other files; one that does is
@@ -57,7 +57,7 @@ def open_session(path: str | Path, kind: FileKind, *, threads: int = 1) -> Any:
         raise error.about(path, found=f"no ONNX network ({problem})", allowed=allowed) from None
     except _RefusedError as problem:
         raise error.about(path, found=str(problem), allowed=f"{allowed}, complete") from None
-    return session_of(data, path, allowed=allowed, error=error, threads=threads, limited=True)
+    return session_of(data, path, allowed=allowed, error=error, limited=True)
 
 
 def session_of(

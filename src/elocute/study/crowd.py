@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 OBVIOUS = 5.0
 """Logits by which a face that moves to its own sound beats one that does not."""
 BEGAN = datetime(2026, 1, 1, tzinfo=UTC)
-WORD_CHOICES = 4
 SYNC_BOUNDS_MS, SYNC_SD_MS = (-90.0, 170.0), 70.0
 """Where most people begin to notice that a sound is early or late, and how surely."""
 PEOPLE_MAX = 100_000

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from elocute.evaluation.confidence_intervals import NO_INTERVAL, ConfidenceInterval
 from elocute.study.statistics.two_way import codes_of
 
-LEVELS = ("nominal", "ordinal", "interval")
 DRAWS = 500
 CELLS_MAX = 5_000_000
 """Units by kinds of answers."""
@@ -41,8 +40,10 @@ class _Units:
         return float(1 - observed.sum() / expected) if expected > 1e-12 * count else float("nan")
 
 
-def krippendorff_alpha(units: Any, values: Any, level: str = "nominal") -> float:
-    """Alpha of answers.
+def alpha_interval(
+    units: Any, values: Any, level: str, confidence: float, seed: int = 0
+) -> ConfidenceInterval:
+    """Alpha of answers with an interval by the bootstrap over units.
 
     Parameters
     ----------
@@ -52,23 +53,16 @@ def krippendorff_alpha(units: Any, values: Any, level: str = "nominal") -> float
         Names for "nominal", else numbers.
     level : str
         "nominal" (the same or not), "ordinal" (by ranks) or "interval" (by differences).
+    confidence : float
+        0.95, for example.
+    seed : int
+        Of the draws.
 
     Returns
     -------
-    float
+    ConfidenceInterval
         NaN where no unit has two answers, where all answers are the same, and where there are
-        more kinds of answers to more units than `CELLS_MAX`.
-    """
-    found = _units(units, values, level)
-    return found.alpha() if found else float("nan")
-
-
-def alpha_interval(
-    units: Any, values: Any, level: str, confidence: float, seed: int = 0
-) -> ConfidenceInterval:
-    """`krippendorff_alpha` with an interval by the bootstrap over units.
-
-    The bounds are NaN for fewer than three units.
+        more kinds of answers to more units than `CELLS_MAX`; NaN bounds for fewer than three units.
     """
     found = _units(units, values, level)
     if found is None:

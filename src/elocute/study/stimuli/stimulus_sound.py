@@ -112,8 +112,3 @@ def heard(
     gain = 10 ** (level_db / 20) / max(level, SILENT)
     peak = float(np.abs(samples).max(initial=0)) * gain
     return (samples * (gain * min(1.0, PEAK / max(peak, SILENT)))).astype(np.float32)
-
-
-def level_of(samples: Float32Array) -> float:
-    """Root mean square, dB of full scale."""
-    return float(10 * np.log10(np.mean(np.square(samples, dtype=np.float64)) + 1e-12))
