@@ -33,13 +33,19 @@ from elocute.capture.settings import BatchSettings
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import CorpusWriter, corpus_writer
 from elocute.corpus.importers.split_choice import even_split
-from elocute.corpus.shard_file import sha256_of
-from elocute.errors import AudioError, CaptureError, ElocuteError, InputError, OutputError
+from elocute.errors import (
+    AudioError,
+    CaptureError,
+    CorpusError,
+    ElocuteError,
+    InputError,
+    OutputError,
+)
 from elocute.files.array_file import ArrayFile
 from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import moved_aside, write_atomically
-from elocute.files.reading import ANY_BYTES, FileKind
+from elocute.files.reading import ANY_BYTES, FileKind, file_sha256
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
 from elocute.jobs.pool import FailedTask
@@ -339,7 +345,7 @@ def _check_corpus_place(output: Path) -> None:
     if not os.path.lexists(output / CORPUS):
         return
     made = place.read_text(encoding="utf-8", errors="replace") if place.is_file() else ""
-    if not manifest.is_file() or made.strip() != sha256_of(manifest):
+    if not manifest.is_file() or made.strip() != file_sha256(manifest, CorpusError):
         raise OutputError.about(
             output / CORPUS,
             found="a folder that capture did not make, or that was changed since",
@@ -379,7 +385,7 @@ def _write_corpus(
         if writer.entries:
             writer.splits["default"] = even_split(writer.entries, [])
     with write_atomically(output / MADE) as draft:
-        draft.write_text(sha256_of(folder / "corpus.json") + "\n", encoding="utf-8")
+        draft.write_text(file_sha256(folder / "corpus.json", CorpusError) + "\n", encoding="utf-8")
     return results
 
 

@@ -139,8 +139,8 @@ def _template_findings(corpus: Corpus) -> Iterator[Finding]:
 
 
 def _split_findings(corpus: Corpus) -> Iterator[Finding]:
-    # One or two people cannot be split by subject: measures then hold for them alone.
     """What the parts of each split share."""
+    # One or two people cannot be split by subject: measures then hold for them alone.
     few = len(corpus.subjects) < 3
     for name, split in corpus.splits.items():
         lines = find_leaks(corpus.entries, split)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -15,10 +14,9 @@ from elocute.corpus.word_clip import WordClip
 from elocute.errors import CorpusError, needs_extra
 from elocute.files.atomic import write_atomically
 from elocute.files.parquet_size import unpacked_bytes
-from elocute.files.reading import ANY_BYTES, FileKind, bytes_text, open_regular
+from elocute.files.reading import FileKind, bytes_text, file_sha256, open_regular
 from elocute.files.unpacked_size import UNPACKED_TIMES, unpacked_limit
 
-ANY_FILE = FileKind("a file", ANY_BYTES, CorpusError)
 FILE_MAX_BYTES = 4_000_000_000
 BATCH_ROWS = 64  # rows in memory at once while reading
 TEXT_MAX = 10_000
@@ -84,7 +82,7 @@ def write_shard(path: str | Path, clips: Sequence[WordClip], components: int) ->
     with write_atomically(path) as draft:
         with draft.open("wb") as file:  # a path would have to be UTF-8
             pyarrow_parquet().write_table(_table(clips, components), file, compression="zstd")
-        digest = sha256_of(draft)
+        digest = file_sha256(draft, CorpusError)
     return ShardEntry(path.name, len(clips), digest)
 
 
@@ -107,19 +105,13 @@ def _table(clips: Sequence[WordClip], components: int) -> Any:
     return pa.Table.from_arrays(columns, schema=shard_schema(components))
 
 
-def sha256_of(path: Path) -> str:
-    """SHA-256 of a file in hexadecimal, read in blocks; CorpusError where it cannot be read."""
-    with open_regular(path, ANY_FILE) as file:
-        return hashlib.file_digest(cast(Any, file), "sha256").hexdigest()
-
-
 def shard_fault(path: Path, entry: ShardEntry, components: int) -> str | None:
     """Why a shard cannot be used by what the manifest says of it; None for a whole one."""
     if not path.is_file():
         return "no such file"
     if path.stat().st_size > FILE_MAX_BYTES:
         return "more than 4 GB"
-    if sha256_of(path) != entry.sha256:
+    if file_sha256(path, CorpusError) != entry.sha256:
         return "another checksum than the manifest's: truncated or altered"
     try:
         with _opened(path) as file:

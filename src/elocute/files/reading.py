@@ -5,13 +5,14 @@ A name may lead to a pipe, a device or a folder; none of them is ever waited for
 
 from __future__ import annotations
 
+import hashlib
 import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO, cast
 
 from elocute.errors import InputError
 from elocute.one_line_repr import brief
@@ -118,6 +119,12 @@ def read_bytes(path: str | Path, kind: FileKind) -> bytes:
     if len(data) > size:  # it grew after its size was asked for
         raise _too_large(Path(path), "a growing file", kind)
     return data
+
+
+def file_sha256(path: str | Path, error: type[InputError] = InputError) -> str:
+    """SHA-256 of a regular file of any size, hexadecimal; `error` where it cannot be read."""
+    with open_regular(path, FileKind("a file", ANY_BYTES, error)) as file:
+        return hashlib.file_digest(cast(Any, file), "sha256").hexdigest()
 
 
 def read_text(path: str | Path, kind: FileKind) -> str:

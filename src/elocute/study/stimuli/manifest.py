@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from elocute.errors import StudyError
 from elocute.files.json_records import finite_number, read_record, write_record
-from elocute.files.reading import ANY_BYTES, FileKind, open_regular
+from elocute.files.reading import FileKind, file_sha256
 from elocute.study.design.design import Design, StimulusSound
 from elocute.study.design.design_file import read_design
 from elocute.study.design.trials import all_videos
 from elocute.study.stimuli.sources import with_found_sounds
 
-VIDEO_FILE = FileKind("a file", ANY_BYTES, StudyError)
 FORMAT = "elocute study"
 NAME, DESIGN, VIDEOS, PAIRS = "manifest.json", "study.toml", "videos", "pairs"
 ALLOWED = "the manifest of a study, as `elocute study new` writes it"
@@ -75,22 +73,13 @@ class StudyFolder:
         for name in [each.name for each in (*clips, *pairs)]:
             video = self.manifest.videos.get(name)
             path = self.folder / (video.file if video else f"{VIDEOS}/{name}.mp4")
-            if video is None or not path.is_file() or file_sha256(path) != video.sha256:
+            if video is None or not path.is_file() or file_sha256(path, StudyError) != video.sha256:
                 raise StudyError.about(
                     path,
                     found="missing, or another file than was made",
                     allowed="every video of the study",
                     remedy="`elocute study new` makes it",
                 )
-
-
-def file_sha256(path: Path) -> str:
-    """SHA-256 of a file, hexadecimal. Raises StudyError where it cannot be read."""
-    digest = hashlib.sha256()
-    with open_regular(path, VIDEO_FILE) as file:
-        while block := file.read(1 << 20):
-            digest.update(block)
-    return digest.hexdigest()
 
 
 def read_manifest(folder: Path) -> Manifest:

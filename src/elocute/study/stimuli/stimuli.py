@@ -17,6 +17,7 @@ from elocute.array_types import Float32Array
 from elocute.audio.waveform import Waveform
 from elocute.errors import OutputError, StudyError
 from elocute.files.atomic import write_atomically
+from elocute.files.reading import file_sha256
 from elocute.jobs.pool import FailedTask, Pool, one_after_another
 from elocute.study.design.design import Design
 from elocute.study.design.design_file import read_design
@@ -29,7 +30,6 @@ from elocute.study.stimuli.manifest import (
     VIDEOS,
     Manifest,
     Video,
-    file_sha256,
     read_manifest,
 )
 from elocute.study.stimuli.sources import with_found_sounds
@@ -124,7 +124,7 @@ def _prepare(folder: Path, path: Path, design: Design) -> None:
         raise OutputError.about(
             folder, found="a folder with other files in it", allowed="a new or empty folder"
         )
-    changed = not copy.is_file() or file_sha256(copy) != design.sha256
+    changed = not copy.is_file() or file_sha256(copy, StudyError) != design.sha256
     if changed and (folder / ANSWERS).exists():
         raise StudyError.about(
             folder,
@@ -151,9 +151,9 @@ def _is_made(folder: Path, video: Video | None, task: _Task) -> bool:
     if video is None or video.key != task.key or video.file != task.file:
         return False
     path = folder / video.file
-    return (
-        path.is_file() and path.stat().st_size == video.size and file_sha256(path) == video.sha256
-    )
+    if not path.is_file() or path.stat().st_size != video.size:
+        return False
+    return file_sha256(path, StudyError) == video.sha256
 
 
 def _keys(design: Design, data: Path, clips: list[Clip], pairs: list[Pair]) -> dict[str, str]:
@@ -162,7 +162,7 @@ def _keys(design: Design, data: Path, clips: list[Clip], pairs: list[Pair]) -> d
 
     def digest(path: Path) -> str:
         if path not in digests:
-            digests[path] = file_sha256(path)
+            digests[path] = file_sha256(path, StudyError)
         return digests[path]
 
     keys = {}
@@ -266,7 +266,7 @@ def _video(task: _Task, path: Path, frames: int, luma: float) -> Video:
     return Video(
         task.video.name,
         task.file,
-        file_sha256(path),
+        file_sha256(path, StudyError),
         size,
         task.key,
         round(seconds, 4),
