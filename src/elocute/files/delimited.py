@@ -14,7 +14,7 @@ DELIMITERS = ",;\t"
 class DelimitedTable:
     """A table, not read yet."""
 
-    names: tuple[str, ...]  # its first row, in small letters
+    names: tuple[str, ...]  # its first row, in small letters, with _ for spaces
     delimiter: str  # what parts its cells
     body: str  # the rows below the names
     skipped: int  # rows before the first of the body
@@ -30,7 +30,7 @@ class DelimitedTable:
         else:
             stream.seek(0)
         rows = csv.reader(stream, delimiter=delimiter)
-        names = tuple(name.strip().lower() for name in next(rows, []))
+        names = tuple(name.strip().lower().replace(" ", "_") for name in next(rows, []))
         return cls(names, delimiter, stream.read(), skipped)
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
