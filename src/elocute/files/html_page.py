@@ -15,10 +15,10 @@ def filled_page(page: str, parts: dict[str, str]) -> list[str]:
     """
     pieces, rest = [], page
     while rest:
-        found = [(rest.index(mark), mark) for mark in parts if mark in rest]
-        if not found:
+        marks = [(rest.index(mark), mark) for mark in parts if mark in rest]
+        if not marks:
             return [*pieces, rest]
-        place, mark = min(found)
+        place, mark = min(marks)
         pieces += [rest[:place], parts[mark]]
         rest = rest[place + len(mark) :]
     return pieces

@@ -79,16 +79,16 @@ def remember_output(path: Path, sources: Iterable[Source], draft: Path | None = 
     A draft is what is about to take its place. What is there counts too, until the next note, where
     it was made from the same: this process may be killed before the draft is there.
     """
-    found, source = fingerprint(draft or path), source_text(sources)
-    if found is None:
+    state, source = fingerprint(draft or path), source_text(sources)
+    if state is None:
         return
     if draft is not None and recall_output(path) == (source, True):
-        found = f"{found}\n{fingerprint(path)}"
+        state = f"{state}\n{fingerprint(path)}"
 
     def note(table: sqlite3.Connection) -> None:
         table.execute(
             "INSERT OR REPLACE INTO outputs (path, source, state) VALUES (?, ?, ?)",
-            (_key(path), os.fsencode(source), os.fsencode(found)),
+            (_key(path), os.fsencode(source), os.fsencode(state)),
         )
         table.execute(
             "DELETE FROM outputs WHERE id <= (SELECT max(id) FROM outputs) - ?", (ROWS_MAX,)

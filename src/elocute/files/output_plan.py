@@ -265,23 +265,23 @@ def _are_one_name(folder: Path, name: str, other: str) -> bool:
 
 def _by_identity(inputs: Iterable[Source]) -> dict[tuple[int, int], Source]:
     """Inputs that exist, by device and inode: what makes a file itself whatever it is called."""
-    found: dict[tuple[int, int], Source] = {}
+    by_identity: dict[tuple[int, int], Source] = {}
     for source in inputs:
         try:
             facts = os.fstat(0) if str(source) == STANDARD_INPUT else Path(source).stat()
         except (OSError, ValueError):
             continue
-        found.setdefault((facts.st_dev, facts.st_ino), source)
-    return found
+        by_identity.setdefault((facts.st_dev, facts.st_ino), source)
+    return by_identity
 
 
 def _refuse_inputs(planned: PlannedOutput, inputs: dict[tuple[int, int], Source]) -> None:
     """Raise OutputError for an output that would destroy an input."""
-    found = _input_at(planned.path, inputs)
-    if found is not None:
+    lost = _input_at(planned.path, inputs)
+    if lost is not None:
         aside = "" if planned.beside is None else f", where the sound of {planned.beside.name} goes"
         raise OutputError.about(
-            planned.path, found=found + aside, remedy="choose another output name"
+            planned.path, found=lost + aside, remedy="choose another output name"
         )
 
 

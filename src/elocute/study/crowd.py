@@ -190,14 +190,14 @@ class _Person:
 
     def session(self, name: str, seat: Seat) -> list[Answer]:
         """All answers; who fails the qualification stops, where the study says so."""
-        given: list[Answer] = []
+        answers: list[Answer] = []
         now = BEGAN
         for each in seat.shown:
-            if each.trial.role not in ("practice", "qualification") and self._failed(given):
+            if each.trial.role not in ("practice", "qualification") and self._failed(answers):
                 break
             seconds = round(self._seconds(), 3)
             now += timedelta(seconds=seconds + 1)
-            given.append(
+            answers.append(
                 answer_to(
                     each,
                     self._answer(each),
@@ -208,11 +208,11 @@ class _Person:
                     answered_at=now.isoformat(timespec="milliseconds"),
                 )
             )
-        return given
+        return answers
 
-    def _failed(self, given: Sequence[Answer]) -> bool:
+    def _failed(self, answers: Sequence[Answer]) -> bool:
         rules = self._design.qualification
-        asked = [each for each in given if each.role == "qualification"]
+        asked = [each for each in answers if each.role == "qualification"]
         right = sum(each.answer == each.correct for each in asked)
         return rules.failed == "stop" and bool(asked) and right < rules.needed
 

@@ -164,9 +164,9 @@ def read_tracked_lips(path: Path) -> TrackedLips:
 
 def _tracked_lips(path: Path, fields: dict[str, NDArray[Any]]) -> TrackedLips:
     """The lips in the fields of a file; raises what NumPy raises where they do not fit."""
-    given = np.asarray(fields["lip_xyz"], np.float64)
-    if given.ndim != 3 or given.shape[2] != 3 or len(given) > FRAMES_MAX:
-        raise ValueError(f"lip_xyz of shape {given.shape}")
+    pixels = np.asarray(fields["lip_xyz"], np.float64)
+    if pixels.ndim != 3 or pixels.shape[2] != 3 or len(pixels) > FRAMES_MAX:
+        raise ValueError(f"lip_xyz of shape {pixels.shape}")
     index = {int(number): place for place, number in enumerate(fields["lip_idx"].tolist())}
     unit = float(np.ravel(fields["eye_dist_px"])[0])
     valid = np.flatnonzero(np.asarray(fields["valid"]) > 0.5)
@@ -176,11 +176,11 @@ def _tracked_lips(path: Path, fields: dict[str, NDArray[Any]]) -> TrackedLips:
     fps = float(fields["fps"])
     if not 0 < fps <= FPS_MAX or not 0 < unit < np.inf:
         raise ValueError("no rate or unit")
-    if any(len(values) != len(given) for values in scalars.values()):
+    if any(len(values) != len(pixels) for values in scalars.values()):
         raise ValueError("fields of different lengths")
     contours = [[index[number] for number in contour] for contour in LIP_CONTOURS]
-    nose = gaussian_smoothed(_bridged(given[:, index[UNDER_NOSE]], valid), CALM_FRAMES)
-    points = _bridged(given, valid)[:, contours] - nose[:, None, None]
+    nose = gaussian_smoothed(_bridged(pixels[:, index[UNDER_NOSE]], valid), CALM_FRAMES)
+    points = _bridged(pixels, valid)[:, contours] - nose[:, None, None]
     scalars = {name: _bridged(values, valid) for name, values in scalars.items()}
     with np.errstate(over="ignore", invalid="ignore"):
         points = points * [1, -1, -1] / unit

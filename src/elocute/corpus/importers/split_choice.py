@@ -174,9 +174,9 @@ def choose_splits(
     """
     check_split_choice(wanted)
     if wanted in (None, "published"):
-        found = vocaset_splits(entries, numbers) or biwi_splits(entries, numbers, notes)
-        if found:
-            return found
+        published = vocaset_splits(entries, numbers) or biwi_splits(entries, numbers, notes)
+        if published:
+            return published
         if wanted:
             raise CorpusError.about(
                 "`split` published",

@@ -79,7 +79,7 @@ class _Reader:
         for name in ("study", "stimuli", "conditions"):
             if name not in tables:
                 raise self._error(0, f"[{name}]", "missing", f"a section [{name}]")
-        made = {
+        sections = {
             name: self._section(name, SECTIONS[name], tables[name])
             for name in SECTIONS
             if name in tables
@@ -89,7 +89,7 @@ class _Reader:
                 conditions=self._conditions(tables["conditions"]),
                 path=self._path,
                 sha256=sha256,
-                **made,
+                **sections,
             )
         except StudyError as error:
             if str(error).startswith(str(self._path)):
@@ -127,8 +127,8 @@ class _Reader:
     def _start(self, name: str, place: int) -> int:
         """The line where a section begins, from 1; 0 where it is not found."""
         heading = re.compile(rf"\s*\[\[?\s*{re.escape(name)}\s*\]")
-        found = [at for at, line in enumerate(self._lines, 1) if heading.match(line)]
-        return found[place] if place < len(found) else 0
+        lines = [at for at, line in enumerate(self._lines, 1) if heading.match(line)]
+        return lines[place] if place < len(lines) else 0
 
     def _line(self, start: int, key: str) -> int:
         """The line of a field of the section that begins at a line."""
@@ -139,12 +139,12 @@ class _Reader:
                 return at
         return start
 
-    def _placed(self, told: str) -> StudyError:
+    def _placed(self, message: str) -> StudyError:
         """An error of sections that do not fit, at the section and field that it names."""
-        found = re.match(r"\[+(\w+)\]+(?: `(\w+)`)?", told)
-        start = self._start(found.group(1), 0) if found else 0
-        line = self._line(start, found.group(2) or "") if found else 0
-        return StudyError(f"{self._at(line)} {told}")
+        section = re.match(r"\[+(\w+)\]+(?: `(\w+)`)?", message)
+        start = self._start(section.group(1), 0) if section else 0
+        line = self._line(start, section.group(2) or "") if section else 0
+        return StudyError(f"{self._at(line)} {message}")
 
     def _error(
         self, line: int, title: str, found: str, allowed: str, named: str = ""

@@ -73,14 +73,14 @@ def plan_for(design: Design, **changes: object) -> Plan:
     blocks = range(1, block_count(design) + 1)
     each = sum(len(block_trials(design, block)) for block in blocks) / len(blocks)
     pairs = len(design.pairs)
-    found = {
+    settings = {
         "trials": max(1, round(each / pairs)),
         "stimuli": len(design.stimuli.names),
         "comparisons": pairs if design.analysis.correction != "none" else 1,
         "margin": design.analysis.margin,
         "confidence": design.analysis.confidence,
     }
-    return Plan(**{**found, **changes})  # type: ignore[arg-type]
+    return Plan(**{**settings, **changes})  # type: ignore[arg-type]
 
 
 def plan_study(plan: Plan) -> Planned:
@@ -125,12 +125,12 @@ def power_with(plan: Plan, people: int) -> PlannedPower:
     """How often it is found with so many people, two or more."""
     at_once = max(1, CELLS_MAX // (people * plan.trials))
     rng = np.random.default_rng([plan.seed, people])
-    found = done = 0
+    successes = done = 0
     while done < plan.simulations:
         count = min(at_once, plan.simulations - done)
-        found += int(_found(plan, people, count, rng).sum())
+        successes += int(_found(plan, people, count, rng).sum())
         done += count
-    power = wilson_interval(found, done, 0.95)
+    power = wilson_interval(successes, done, 0.95)
     return PlannedPower(people, power, exact_power(plan, people * plan.trials))
 
 

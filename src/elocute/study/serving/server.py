@@ -210,12 +210,12 @@ class StudyService:
 
     def _clip(self, shown: Shown, video: Clip | Pair) -> dict[str, Any]:
         seconds = self._videos[video.name].seconds
-        made = {"id": self._id(video.name), "seconds": seconds, "sides": 1, "swap": False}
+        clip = {"id": self._id(video.name), "seconds": seconds, "sides": 1, "swap": False}
         if isinstance(video, Pair):
             # Of a rating beside its reference, the reference is always on the left.
             left = shown.left if shown.right else shown.trial.reference
-            made |= {"sides": 2, "swap": video.left != left}
-        return made
+            clip |= {"sides": 2, "swap": video.left != left}
+        return clip
 
     def _is_pause(self, person: Person, shown: Shown) -> bool:
         every = self.study.design.watching.break_every

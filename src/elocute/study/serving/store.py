@@ -337,16 +337,16 @@ class Store:
             panel=json.loads(row.panel) if row.panel else {},
         )
 
-    def check(self, person: Person, found: dict[str, Any]) -> Person:
+    def check(self, person: Person, results: dict[str, Any]) -> Person:
         """Store what the checks of screen and sound found. Raises StoreError."""
         now = self.clock()
         with self._writing() as connection:
             connection.execute(
                 sql.update(PEOPLE)
                 .where(PEOPLE.c.id == person.id, PEOPLE.c.checks.is_(None))
-                .values(checks=json.dumps(found), last_at=now)
+                .values(checks=json.dumps(results), last_at=now)
             )
-        return replace(person, checks=found, last_at=now)
+        return replace(person, checks=results, last_at=now)
 
     def answer(
         self,
@@ -494,8 +494,11 @@ class Store:
                 sql.select(PEOPLE.c.state, sql.func.count()).group_by(PEOPLE.c.state)
             ).all()
             answers = connection.execute(sql.select(sql.func.count()).select_from(ANSWERS)).scalar()
-        found = {row[0]: row[1] for row in states}
-        return {each: found.get(each, 0) for each in (ACTIVE, DONE, STOPPED)} | {"answers": answers}
+        people = {row[0]: row[1] for row in states}
+        return {
+            **{each: people.get(each, 0) for each in (ACTIVE, DONE, STOPPED)},
+            "answers": answers,
+        }
 
 
 def digest(token: str) -> str:
@@ -617,7 +620,7 @@ def _record(shown: Shown) -> dict[str, Any]:
 def _shown(record: dict[str, Any]) -> Shown:
     trial = dict(record["trial"])
     clip = trial.pop("reference_clip")
-    made = Trial(
+    asked = Trial(
         **{
             **trial,
             "conditions": tuple(trial["conditions"]),
@@ -626,4 +629,4 @@ def _shown(record: dict[str, Any]) -> Shown:
         }
     )
     words = tuple(record["words"])
-    return Shown(record["order"], made, record["left"], record["right"], words)
+    return Shown(record["order"], asked, record["left"], record["right"], words)

@@ -64,12 +64,14 @@ def alpha_interval(
         NaN where no unit has two answers, where all answers are the same, and where there are
         more kinds of answers to more units than `CELLS_MAX`; NaN bounds for fewer than three units.
     """
-    found = _units(units, values, level)
-    if found is None:
+    answered = _units(units, values, level)
+    if answered is None:
         return NO_INTERVAL
-    value, count = found.alpha(), len(found.sizes)
+    value, count = answered.alpha(), len(answered.sizes)
     rng = np.random.default_rng(seed)
-    drawn = [found.alpha(rng.integers(0, count, count)) for _ in range(DRAWS if count > 2 else 0)]
+    drawn = [
+        answered.alpha(rng.integers(0, count, count)) for _ in range(DRAWS if count > 2 else 0)
+    ]
     finite = [each for each in drawn if each == each]
     if not finite:
         return ConfidenceInterval(value, float("nan"), float("nan"))

@@ -49,9 +49,9 @@ class Strengths:
         """Of the hypothesis that two are equally strong."""
         from scipy.stats import t
 
-        found = self.interval(name, 0.5, against)
-        error = (found.high - found.value) / float(t.ppf(0.75, self.degrees))
-        return float(2 * t.sf(abs(found.value) / error, self.degrees)) if error > 0 else 1.0
+        apart = self.interval(name, 0.5, against)
+        error = (apart.high - apart.value) / float(t.ppf(0.75, self.degrees))
+        return float(2 * t.sf(abs(apart.value) / error, self.degrees)) if error > 0 else 1.0
 
 
 def connected(names: Sequence[str], left: Sequence[str], right: Sequence[str]) -> bool:

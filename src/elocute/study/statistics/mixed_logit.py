@@ -101,17 +101,17 @@ def fit_mixed_logit(
     effects = problem.fixed.shape[1]
     bounds = [(-EFFECT_MAX, EFFECT_MAX)] * effects
     bounds += [(np.log(SD_MIN), np.log(SD_MAX))] * len(problem.sizes)
-    found = minimize(problem.deviance, start, jac=True, method="L-BFGS-B", bounds=bounds)
-    at = np.asarray(found.x)
+    minimum = minimize(problem.deviance, start, jac=True, method="L-BFGS-B", bounds=bounds)
+    at = np.asarray(minimum.x)
     sds = dict(zip(groups, np.exp(at[effects:]).tolist(), strict=True))
     covariance = problem.covariance(at)
     return MixedLogit(
         at[:effects],
         covariance,
         sds,
-        -0.5 * float(found.fun),
+        -0.5 * float(minimum.fun),
         problem.degrees(sds, covariance),
-        bool(found.success),
+        bool(minimum.success),
     )
 
 

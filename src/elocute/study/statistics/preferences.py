@@ -61,21 +61,21 @@ def mixed_share(
     columns: list[Any] = [np.ones(len(people))]
     if lefts is not None and 0 < sum(lefts) < len(lefts):
         columns.append(np.where(lefts, 0.5, -0.5))
-    found = fit_mixed_logit(np.asarray(yes, np.float64), np.stack(columns, axis=1), groups)
+    model = fit_mixed_logit(np.asarray(yes, np.float64), np.stack(columns, axis=1), groups)
     return MixedShare(
-        _share(found, confidence),
-        found.p_value(0),
-        float(found.effects[0]),
-        found.sds,
-        _share(found, 2 * confidence - 1),
+        _share(model, confidence),
+        model.p_value(0),
+        float(model.effects[0]),
+        model.sds,
+        _share(model, 2 * confidence - 1),
     )
 
 
-def _share(found: MixedLogit, confidence: float) -> ConfidenceInterval:
-    sd = float(np.hypot.reduce(list(found.sds.values())))
-    low, high = found.interval(0, confidence)
+def _share(model: MixedLogit, confidence: float) -> ConfidenceInterval:
+    sd = float(np.hypot.reduce(list(model.sds.values())))
+    low, high = model.interval(0, confidence)
     return ConfidenceInterval(
-        *(marginal_share(each, sd) for each in (float(found.effects[0]), low, high))
+        *(marginal_share(each, sd) for each in (float(model.effects[0]), low, high))
     )
 
 
@@ -133,14 +133,14 @@ def pair_results(design: Design, answers: Sequence[Answer]) -> list[PairResult]:
 
 def preference_section(design: Design, answers: Sequence[Answer]) -> Section:
     """Everything about preferences, of a study of kind "binary" and the answers that are kept."""
-    found = pair_results(design, answers)
-    tables = [_pair_table(design, found), _condition_table(design, answers)]
-    plots = [_pair_plot(design, tables[0], found)]
+    results = pair_results(design, answers)
+    tables = [_pair_table(design, results), _condition_table(design, answers)]
+    plots = [_pair_plot(design, tables[0], results)]
     strengths = _strengths(design, answers)
     if strengths:
         tables.append(strengths[0])
         plots.append(strengths[1])
-    tables += [_spread_table(found), _side_table(design, answers)]
+    tables += [_spread_table(results), _side_table(design, answers)]
     return Section("Preference", _preference_texts(design), plots, tables)
 
 
@@ -165,10 +165,10 @@ def _corrected(design: Design) -> str:
     return names.get(design.analysis.correction, "nothing (as the study says)")
 
 
-def _pair_table(design: Design, found: Sequence[PairResult]) -> Table:
+def _pair_table(design: Design, results: Sequence[PairResult]) -> Table:
     correction = design.analysis.correction
-    exact = corrected([each.p for each in found], correction)
-    mixed = corrected([each.mixed.p for each in found], correction)
+    exact = corrected([each.p for each in results], correction)
+    mixed = corrected([each.mixed.p for each in results], correction)
     rows: list[list[Cell]] = [
         [
             each.first,
@@ -182,18 +182,18 @@ def _pair_table(design: Design, found: Sequence[PairResult]) -> Table:
             each.equivalence,
             "yes" if each.within else "no",
         ]
-        for each, p, p_mixed in zip(found, exact, mixed, strict=True)
+        for each, p, p_mixed in zip(results, exact, mixed, strict=True)
     ]
     columns = ("condition", "against", "answers", "people", "all answers, %", "p exact")
     columns += ("mixed model, %", "p mixed", "p equivalent", "equivalent")
     return Table("preference_pairs", "Preference by pair", columns, rows)
 
 
-def _pair_plot(design: Design, table: Table, found: Sequence[PairResult]) -> Plot:
-    names = [f"{each.first} over {each.second}" for each in found]
+def _pair_plot(design: Design, table: Table, results: Sequence[PairResult]) -> Plot:
+    names = [f"{each.first} over {each.second}" for each in results]
     series = {
-        "mixed model": [each.mixed.share for each in found],
-        "all answers": [each.wilson for each in found],
+        "mixed model": [each.mixed.share for each in results],
+        "all answers": [each.wilson for each in results],
     }
     margin = design.analysis.margin
     return interval_plot(
@@ -201,7 +201,7 @@ def _pair_plot(design: Design, table: Table, found: Sequence[PairResult]) -> Plo
         names,
         series,
         "share that prefers the first, %",
-        height=1.2 + 0.5 * len(found),
+        height=1.2 + 0.5 * len(results),
         middle=0.5,
         band=(0.5 - margin, 0.5 + margin),
         percent=True,
@@ -231,34 +231,35 @@ def _condition_table(design: Design, answers: Sequence[Answer]) -> Table:
 
 
 def _strengths(design: Design, answers: Sequence[Answer]) -> tuple[Table, Plot] | None:
-    found = fit_bradley_terry(
+    strengths = fit_bradley_terry(
         [each.left for each in answers],
         [each.right for each in answers],
         [each.answer == each.left for each in answers],
         [each.participant for each in answers],
         [each.stimulus for each in answers],
     )
-    if found is None:
+    if strengths is None:
         return None
-    order = sorted(found.names, key=lambda name: -found.values[found.names.index(name)])
+    order = sorted(strengths.names, key=lambda name: -strengths.values[strengths.names.index(name)])
     confidence = design.analysis.confidence
-    intervals = [found.interval(name, confidence) for name in order]
+    intervals = [strengths.interval(name, confidence) for name in order]
     against = design.analysis.baseline
     columns: tuple[str, ...] = ("condition", "strength, logits")
     rows: list[list[Cell]] = [[name, each] for name, each in zip(order, intervals, strict=True)]
-    if against in found.names:
+    if against in strengths.names:
         others = [name for name in order if name != against]
         p_values = corrected(
-            [found.p_value(name, against) for name in others], design.analysis.correction
+            [strengths.p_value(name, against) for name in others], design.analysis.correction
         )
         p_of = dict(zip(others, p_values, strict=True))
         columns += (f"above {against}, logits", "p")
         for row, name in zip(rows, order, strict=True):
-            apart = found.interval(name, confidence, against) if name != against else None
+            apart = strengths.interval(name, confidence, against) if name != against else None
             row += [apart, p_of.get(name)]
     note = (
         "Strengths add up to 0; a difference of 1 is a preference of 73 %. Intervals are over "
-        f"people and stimuli (two-way clustering). The left side counts {found.side:+.2f} logits."
+        "people and stimuli (two-way clustering). "
+        f"The left side counts {strengths.side:+.2f} logits."
     )
     table = Table("strengths", "Bradley–Terry strengths", columns, rows, note)
     height = 1.0 + 0.4 * len(order)
@@ -267,11 +268,11 @@ def _strengths(design: Design, answers: Sequence[Answer]) -> tuple[Table, Plot] 
     )
 
 
-def _spread_table(found: Sequence[PairResult]) -> Table:
+def _spread_table(results: Sequence[PairResult]) -> Table:
     rows: list[list[Cell]] = [
         [each.first, each.second, each.mixed.logit]
         + [each.mixed.sds.get(group) for group in ("people", "stimuli")]
-        for each in found
+        for each in results
     ]
     return Table(
         "preference_spread",

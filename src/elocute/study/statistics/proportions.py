@@ -20,8 +20,8 @@ def wilson_interval(count: int, total: int, confidence: float) -> ConfidenceInte
         return NO_INTERVAL
     with needs_extra("a report", "study"):
         from scipy.stats import binomtest
-    found = binomtest(count, total).proportion_ci(confidence, "wilson")
-    return ConfidenceInterval(count / total, float(found.low), float(found.high))
+    interval = binomtest(count, total).proportion_ci(confidence, "wilson")
+    return ConfidenceInterval(count / total, float(interval.low), float(interval.high))
 
 
 def binomial_p(count: int, total: int, share: float = 0.5, alternative: str = "two-sided") -> float:
@@ -55,11 +55,11 @@ def corrected(p_values: Sequence[float], correction: str) -> list[float]:
     of false ones among findings. A test that could not be made is NaN and does not count.
     """
     values = np.asarray(p_values, np.float64)
-    made = np.isfinite(values)
-    if correction == "none" or not made.any():
+    tested = np.isfinite(values)
+    if correction == "none" or not tested.any():
         return values.tolist()
     with needs_extra("a report", "study"):
         from statsmodels.stats.multitest import multipletests
     values = values.copy()
-    values[made] = multipletests(values[made], method=METHODS[correction])[1]
+    values[tested] = multipletests(values[tested], method=METHODS[correction])[1]
     return values.tolist()

@@ -84,7 +84,7 @@ def _differences(design: Design, answers: Sequence[Answer], mos: bool) -> Table:
     scale = (WORDS - 1) if mos else 100
     rated = {(each.left, each.participant, each.stimulus): _value(each, mos) for each in answers}
     baseline = rules.baseline
-    found = []
+    differences = []
     for pair in design.pairs:
         one, other = pair[::-1] if pair[0] == baseline else pair
         places = [
@@ -93,11 +93,11 @@ def _differences(design: Design, answers: Sequence[Answer], mos: bool) -> Table:
             if name == one and (other, person, stimulus) in rated
         ]
         apart = [rated[one, *place] - rated[other, *place] for place in places]
-        found.append((one, other, len(apart), *_difference(apart, places, rules, scale)))
-    p_values = corrected([each[4] for each in found], rules.correction)
+        differences.append((one, other, len(apart), *_difference(apart, places, rules, scale)))
+    p_values = corrected([each[4] for each in differences], rules.correction)
     rows: list[list[Cell]] = [
         [one, other, count, mean, p, same]
-        for (one, other, count, mean, _, same), p in zip(found, p_values, strict=True)
+        for (one, other, count, mean, _, same), p in zip(differences, p_values, strict=True)
     ]
     columns = ("condition", "minus", "pairs of answers", "difference", "p", "p equivalent")
     return Table("rating_differences", "Differences", columns, rows)

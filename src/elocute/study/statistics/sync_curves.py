@@ -135,11 +135,11 @@ def _series(design: Design) -> dict[str, dict[str, float]]:
     alike: dict[Condition, list[Condition]] = defaultdict(list)
     for each in design.judged:
         alike[replace(each, name="x", offset_ms=0.0)].append(each)
-    found = {}
+    series = {}
     for members in alike.values():
         title = min(members, key=lambda each: abs(each.offset_ms)).name
-        found[title] = {each.name: each.offset_ms for each in members}
-    return found
+        series[title] = {each.name: each.offset_ms for each in members}
+    return series
 
 
 def _counts(

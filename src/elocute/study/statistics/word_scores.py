@@ -72,7 +72,7 @@ def _against_baseline(design: Design, scored: Sequence[Answer]) -> Table | None:
     baseline = design.analysis.baseline
     if not baseline:
         return None
-    found: list[tuple[str, float, float, float, float]] = []
+    effects: list[tuple[str, float, float, float, float]] = []
     confidence = design.analysis.confidence
     for name in (each.name for each in design.judged if each.name != baseline):
         both = [each for each in scored if each.left in (name, baseline)]
@@ -86,11 +86,11 @@ def _against_baseline(design: Design, scored: Sequence[Answer]) -> Table | None:
             {"people": people, "stimuli": [each.stimulus for each in both]},
         )
         low, high = fitted.interval(1, confidence)
-        found.append((name, float(fitted.effects[1]), low, high, fitted.p_value(1)))
-    p_values = corrected([each[-1] for each in found], design.analysis.correction)
+        effects.append((name, float(fitted.effects[1]), low, high, fitted.p_value(1)))
+    p_values = corrected([each[-1] for each in effects], design.analysis.correction)
     rows: list[list[Cell]] = [
         [name, *np.exp(np.clip(told, -LOG_MAX, LOG_MAX)).tolist(), p]
-        for (name, *told, _), p in zip(found, p_values, strict=True)
+        for (name, *told, _), p in zip(effects, p_values, strict=True)
     ]
     columns = ("condition", f"odds against {baseline}", "low", "high", "p")
     return Table("words_baseline", "Against the baseline, by a mixed model", columns, rows)

@@ -63,12 +63,12 @@ def with_found_sounds(design: Design, folder: Path) -> Design:
 
     A * stands in the file's name alone. Raises StudyError for a pattern that nothing fits.
     """
-    found: list[StimulusSound] = []
+    sounds: list[StimulusSound] = []
     for each in design.stimuli.sounds:
-        found += _matching(each, folder) if "*" in each.file else [each]
-    if len(found) > ITEMS_MAX:
-        raise StudyError.about("[stimuli] `sounds`", found=f"{len(found)}", allowed=f"{ITEMS_MAX}")
-    return replace(design, stimuli=replace(design.stimuli, sounds=tuple(found)))
+        sounds += _matching(each, folder) if "*" in each.file else [each]
+    if len(sounds) > ITEMS_MAX:
+        raise StudyError.about("[stimuli] `sounds`", found=f"{len(sounds)}", allowed=f"{ITEMS_MAX}")
+    return replace(design, stimuli=replace(design.stimuli, sounds=tuple(sounds)))
 
 
 def _matching(pattern: StimulusSound, folder: Path) -> list[StimulusSound]:

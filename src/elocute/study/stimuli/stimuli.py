@@ -199,29 +199,29 @@ def _make(task: _Task) -> Video:
 
 def _make_clip(task: _Task) -> Video:
     assert isinstance(task.video, Clip)
-    made = ClipMaking(task.design, task.data, task.video)
-    voice = made.voice()
+    making = ClipMaking(task.design, task.data, task.video)
+    voice = making.voice()
     pad = pad_s(task.design)
     seconds = voice.duration_s + 2 * pad
-    times = made.times(seconds)
-    source = replace(made.source, voice=made.moving_voice(voice))
+    times = making.times(seconds)
+    source = replace(making.source, voice=making.moving_voice(voice))
     path = _place(task)
-    sound = _heard(task.design, made, voice, len(times) / task.design.stimuli.fps)
+    sound = _heard(task.design, making, voice, len(times) / task.design.stimuli.fps)
     with write_atomically(path) as draft:
-        pictures = clip_pictures(source, times, around=made.mismatched)
+        pictures = clip_pictures(source, times, around=making.mismatched)
         frames, luma = write_clip(draft, pictures, task.design.stimuli.fps, sound)
     return _video(task, path, frames, luma)
 
 
 def _heard(
-    design: Design, made: ClipMaking, voice: Waveform, seconds: float
+    design: Design, making: ClipMaking, voice: Waveform, seconds: float
 ) -> Float32Array | None:
-    if made.condition.silent:
+    if making.condition.silent:
         return None
     return heard(
         voice,
         level_db=design.stimuli.loudness_db,
-        snr_db=made.condition.snr_db,
+        snr_db=making.condition.snr_db,
         pad_s=pad_s(design),
         seconds=seconds,
         seed=design.study.seed,
@@ -233,11 +233,11 @@ def _make_pair(task: _Task) -> Video:
     assert isinstance(task.video, Pair)
     clip = task.video.clips[0]
     # The mismatched one has the sound of its stimulus too.
-    made = ClipMaking(task.design, task.data, clip)
-    voice = made.voice()
+    making = ClipMaking(task.design, task.data, clip)
+    voice = making.voice()
     seconds = voice.duration_s + 2 * pad_s(task.design)
-    frames = len(made.times(seconds))
-    sound = _heard(task.design, made, voice, frames / task.design.stimuli.fps)
+    frames = len(making.times(seconds))
+    sound = _heard(task.design, making, voice, frames / task.design.stimuli.fps)
     path = _place(task)
     sides = [task.folder / VIDEOS / f"{each.name}.mp4" for each in task.video.clips]
     with write_atomically(path) as draft:
