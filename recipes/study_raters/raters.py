@@ -22,8 +22,8 @@ from elocute.audio.waveform import Waveform
 from elocute.speech.timed_phones import find_phones
 from elocute.study.design.design import MISMATCHED, Design
 from elocute.study.design.trials import Clip, all_videos
-from elocute.study.stimuli.clip_making import ClipMaking, pad_s
 from elocute.study.stimuli.manifest import known_design
+from elocute.study.stimuli.stimuli import ClipMaking, pad_s
 from elocute.study.stimuli.stimulus_pictures import shown_motion
 from recipes.study_raters.seen_faces import see
 from recipes.study_raters.seen_mouths import (
