@@ -8,6 +8,7 @@ templates.pkl                      {subject: (vertex, 3)}
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from elocute.audio.read import probe_audio, read_audio
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.frame_rates import choose_frame_rate
-from elocute.corpus.importers.foreign_arrays import FLOATS, checked_templates, open_float_array
+from elocute.corpus.importers.foreign_arrays import FLOATS_FILE, checked_templates, open_float_array
 from elocute.corpus.importers.frame_gaps import check_frames
 from elocute.corpus.importers.import_report import Progress, SkippedClips, require_clips
 from elocute.corpus.importers.split_choice import VOCASET_SUBJECTS, choose_splits
@@ -28,9 +29,8 @@ from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_reading import read_npy
 from elocute.files.pickles.closed_pickle import read_pickle
-from elocute.files.reading import FileKind
 
-ARRAY_FILE = FileKind(FLOATS, 8_000_000_000, CorpusError)
+ARRAY_FILE = replace(FLOATS_FILE, max_bytes=8_000_000_000)
 FOLDERS = ("vertices_npy", "wav")
 PROBED = 24
 """Most clips whose lengths are compared to find the frame rate."""
@@ -179,7 +179,7 @@ def read_vertices(path: Path, count: int) -> NDArray[np.float32]:
     """
     array = read_npy(path, ARRAY_FILE)
     if array.dtype.kind != "f":
-        raise CorpusError.about(path, found=f"{array.dtype}", allowed=FLOATS)
+        raise ARRAY_FILE.unusable(path, f"{array.dtype}")
     flat = array.ndim == 2 and array.shape[1] == 3 * count
     if not flat and (array.ndim != 3 or array.shape[1:] != (count, 3)):
         found = array.shape[1] // 3 if array.ndim == 2 else array.shape[1] if array.ndim > 1 else 0

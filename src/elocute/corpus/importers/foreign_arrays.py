@@ -15,8 +15,7 @@ from elocute.files.array_file import ArrayFile
 from elocute.files.json_records import finite_number
 from elocute.files.reading import ANY_BYTES, FileKind
 
-FLOATS = "a .npy of floats, no Python objects"
-FLOATS_FILE = FileKind(FLOATS, ANY_BYTES, CorpusError)
+FLOATS_FILE = FileKind("a .npy of floats, no Python objects", ANY_BYTES, CorpusError)
 NAME_MAX = 120
 RATE_MAX = 1_000_000
 
@@ -121,7 +120,7 @@ def open_float_array(path: Path) -> ArrayFile:
     """
     array = ArrayFile(path, FLOATS_FILE)
     if array.dtype.kind != "f":
-        raise CorpusError.about(path, found=f"{array.dtype}", allowed=FLOATS)
+        raise FLOATS_FILE.unusable(path, f"{array.dtype}")
     return array
 
 

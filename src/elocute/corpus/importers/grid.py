@@ -157,9 +157,7 @@ def read_tracked_lips(path: Path) -> TrackedLips:
     except CorpusError:
         raise
     except (KeyError, ValueError, TypeError, IndexError, OverflowError) as error:
-        raise CorpusError.about(
-            path, found=f"no tracked lips in it ({str(error)[:80]})", allowed=ALLOWED
-        ) from error
+        raise FIELDS_FILE.unusable(path, f"no tracked lips in it ({str(error)[:80]})") from error
 
 
 def _tracked_lips(path: Path, fields: dict[str, NDArray[Any]]) -> TrackedLips:
@@ -185,7 +183,7 @@ def _tracked_lips(path: Path, fields: dict[str, NDArray[Any]]) -> TrackedLips:
     with np.errstate(over="ignore", invalid="ignore"):
         points = points * [1, -1, -1] / unit
     if not np.isfinite(points).all():
-        raise CorpusError.about(path, found="points that are not finite", allowed=ALLOWED)
+        raise FIELDS_FILE.unusable(path, "points that are not finite")
     said = tuple(word for word in words if word not in SILENCE)
     return TrackedLips(path.stem, fps, points, scalars, said)
 

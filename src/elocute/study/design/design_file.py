@@ -30,8 +30,7 @@ SECTIONS: dict[str, type] = {
     if isinstance(kind, type) and issubclass(kind, Checked)
 }
 """Beside [[conditions]]."""
-ALLOWED = "a study (study.toml)"
-DESIGN_FILE = FileKind(ALLOWED, 1_000_000, StudyError)
+DESIGN_FILE = FileKind("a study (study.toml)", 1_000_000, StudyError)
 
 
 def read_design(path: str | Path) -> Design:
@@ -60,7 +59,7 @@ def read_design(path: str | Path) -> Design:
         text = data.decode("utf-8-sig")
         tables = tomllib.loads(text)
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as problem:
-        raise StudyError.about(path, found=str(problem)[:200], allowed=ALLOWED) from None
+        raise DESIGN_FILE.unusable(path, str(problem)[:200]) from None
     return _Reader(path, text).design(tables, hashlib.sha256(data).hexdigest())
 
 

@@ -17,8 +17,9 @@ from elocute.study.stimuli.sources import with_found_sounds
 
 FORMAT = "elocute study"
 NAME, DESIGN, VIDEOS, PAIRS = "manifest.json", "study.toml", "videos", "pairs"
-ALLOWED = "the manifest of a study, as `elocute study new` writes it"
-MANIFEST_FILE = FileKind(ALLOWED, 100_000_000, StudyError)
+MANIFEST_FILE = FileKind(
+    "the manifest of a study, as `elocute study new` writes it", 100_000_000, StudyError
+)
 
 
 @dataclass(frozen=True)
@@ -97,9 +98,7 @@ def read_manifest(folder: Path) -> Manifest:
         notes = tuple(str(each) for each in record["notes"])
         return Manifest(str(record["design_sha256"]), sounds, {v.name: v for v in videos}, notes)
     except (KeyError, TypeError, ValueError) as problem:
-        raise StudyError.about(
-            path, found=f"no such manifest ({problem})", allowed=ALLOWED
-        ) from None
+        raise MANIFEST_FILE.unusable(path, f"no such manifest ({problem})") from None
 
 
 def _sound(record: dict[str, Any]) -> StimulusSound:
