@@ -43,20 +43,10 @@ _SECTION = re.compile(r"^(?=\w+\n---)", re.M)
 
 @dataclass(frozen=True)
 class Setting:
-    """What is known of a setting beside its type and default.
+    """What is known of a setting beside its type and default: a sentence of help, and its unit.
 
-    Parameters
-    ----------
-    help : str
-        A sentence.
-    unit : str
-        Of a number.
-    low, high : float, optional
-        The least and the greatest number allowed.
-    above : float, optional
-        What a number must be greater than, where the bound itself is not allowed.
-    choices : tuple of str
-        The texts allowed; () for any.
+    A number lies from `low` to `high`, or is greater than `above`; of texts only the choices are
+    allowed, or any where there are none.
     """
 
     help: str

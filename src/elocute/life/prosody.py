@@ -74,20 +74,14 @@ class ProsodyStream:
 def prosody_rows(samples: Float64Array) -> Float64Array:
     """Level, pitch, voicing and tilt of overlapping windows, by the autocorrelation of each.
 
-    Parameters
-    ----------
-    samples : (sample,) float64
-        At 16 kHz.
+    Samples (sample,) are at 16 kHz. The autocorrelation is divided by that of the window, and
+    longer periods cost a little (Boersma, "Accurate short-term analysis of the fundamental
+    frequency", 1993).
 
     Returns
     -------
     (row, 4) float64
         A row for each window that fits.
-
-    References
-    ----------
-    Boersma, "Accurate short-term analysis of the fundamental frequency", 1993: the
-    autocorrelation is divided by that of the window, and longer periods cost a little.
     """
     frames = sliding_window_view(samples, WINDOW)[::HOP] * _WINDOW
     power = np.abs(np.fft.rfft(frames, SPECTRUM, axis=1)) ** 2

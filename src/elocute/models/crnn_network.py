@@ -195,24 +195,10 @@ def stream_weights(model: CrnnNetwork, sound: Waveform, joins: str = "state") ->
 class CrnnStream:
     """Sound in blocks of any length to frames of weights, each as soon as its window is complete.
 
-    Parameters
-    ----------
-    model : CrnnNetwork
-        The network.
-    sample_rate : int
-        Of the sound, Hz.
-    joins : str
-        "state" carries the LSTM's state on; "pieces" restarts it every 15 frames and smooths the
-        joins.
-    level : (float, float), optional
-        Mean and peak of the whole sound, where known: mel bands are relative to it.
-    hearing : Hearing, optional
-        Of the trunk, where its phones are wanted too.
-
-    Raises
-    ------
-    ModelError
-        For an unknown way of joining.
+    With joins "state" the LSTM's state is carried on; "pieces" restarts it every 15 frames and
+    smooths the joins; ModelError is raised for others. Mel bands are relative to the level, mean
+    and peak of the whole sound, where that is known. `hearing` is that of the trunk, where its
+    phones are wanted too.
     """
 
     def __init__(

@@ -94,12 +94,7 @@ class FeatureStream(Protocol):
         ...
 
     def push(self, samples: Float32Array) -> Float32Array:
-        """Take a block of sound.
-
-        Parameters
-        ----------
-        samples : (sample,) float32
-            Mono, full scale ±1, of any length.
+        """Take a block of sound (sample,), mono, full scale ±1, of any length.
 
         Returns
         -------

@@ -103,30 +103,11 @@ class Frame:
 class CurveStream:
     """Live curves of any model: `push` sound, get the frames that are certain.
 
-    Several threads may push; a block is taken whole before the next one.
-
-    Parameters
-    ----------
-    model : SpeechModel
-        The model to run.
-    sample_rate : int
-        Of the sound, Hz.
-    fps : float
-        Frames per second, 1 to 240.
-    style : str or Style
-        As `animate` takes it.
-    strength : float
-        How far the mouth moves, 0 to 2.
-    level : (float, float), optional
-        Mean and peak of the whole sound. A model that normalises by them then gives what the whole
-        sound gives; without, it goes by the sound so far.
-
-    contacts : str
-        "auto", or "off" for the model's bare output.
-    mix : str
-        "output" or "input", as `animate` takes it.
-    lookahead : float or str
-        How much later than its time a frame comes, s; "exact" waits for all that bears on it.
+    Several threads may push; a block is taken whole before the next one. Style, strength and mix
+    are as `animate` takes them; with contacts "off" the model's bare output comes. The level is
+    mean and peak of the whole sound: a model that normalises by them then gives what the whole
+    sound gives; without, it goes by the sound so far. The look-ahead says how much later than its
+    time a frame comes, s; "exact" waits for all that bears on it.
 
     Raises
     ------

@@ -59,27 +59,11 @@ REACH = 16  # frames that a window sees: blocks overlap by so many on both sides
 
 @dataclass(frozen=True)
 class VocaRecord:
-    """What training wrote into the file.
+    """What training wrote into the file: the network's encoder, frame rate, styles and head.
 
-    Parameters
-    ----------
-    encoder : str
-        The encoder whose features it takes.
-    fps : float
-        Frame rate of the network.
-    styles : tuple of str
-        Its speaking styles.
-    features : int
-        Features per row.
-    components : tuple of str
-        Names of the weights where they are those of a known head; () where the file has its own
-        basis.
-    topology : str
-        The head whose mesh it moves, or "".
-    vertices : int
-        How many vertices that has.
-    note : str
-        Of the person who trained it.
+    `features` is how many there are in a row. Components are names of the weights where they are
+    those of a known head, and () where the file has its own basis; topology is the head whose mesh
+    it moves, or "", and `vertices` how many that has. The note is by the person who trained it.
     """
 
     encoder: str

@@ -114,23 +114,12 @@ def solve_box_chain(
     high: Float64Array,
     sweeps: int = SWEEPS,
 ) -> Float64Array:
-    """Solve least squares for frames that follow one another smoothly, each between bounds.
+    """Solve least squares for frames that follow one another smoothly, within bounds (unknown,).
 
     Minimises Σ_f ½ x_fᵀ·gram_f·x_f - side_fᵀ·x_f + ½ Σ_f (x_f - x_{f-1})ᵀ·diag(smooth)·(…):
-    Gauss-Seidel, each frame in turn between its neighbours, back and forth.
-
-    Parameters
-    ----------
-    gram_of : callable
-        Number of a frame to its matrix (unknown, unknown), positive definite.
-    sides : (frame, unknown)
-        Right-hand sides.
-    smooth : (unknown,)
-        Cost of a squared change between two frames.
-    low, high : (unknown,)
-        Bounds.
-    sweeps : int
-        How often all frames are visited.
+    Gauss-Seidel, each frame in turn between its neighbours, back and forth, as often as `sweeps`
+    says. `gram_of` gives the positive definite matrix (unknown, unknown) of a frame; sides are
+    (frame, unknown), and `smooth` (unknown,) is the cost of a squared change between two frames.
 
     Returns
     -------
