@@ -182,7 +182,7 @@ def finish_decoded(
 
 
 def _held(gate: FloatArray) -> FloatArray:
-    """What of a contact is no way to it or from it."""
+    """The middle of a contact, without the way to it and from it."""
     return smoothstep(np.clip((gate - HELD_FROM) / (1 - HELD_FROM), 0, 1))
 
 
