@@ -21,18 +21,10 @@ PART_MIN = 4
 
 
 def with_attached_parts(adoption: Adoption) -> HeadModel:
-    """The adopted head, whose other parts move as the skin or the source's mouth beside them.
+    """The adopted head, whose skin and eyeballs move already, with all other parts moving.
 
-    Parameters
-    ----------
-    adoption : Adoption
-        A head whose skin and eyeballs move already.
-
-    Returns
-    -------
-    HeadModel
-        Teeth move as one with the source's teeth that are nearest, as does each part in the
-        mouth; lashes, brows, beards and what else lies on the skin follow it.
+    Teeth move as one with the source's teeth that are nearest, as does each part in the mouth;
+    lashes, brows, beards and what else lies on the skin follow it.
     """
     head, transfer = adoption.head, adoption.transfer
     parts = transfer.target.graph.parts

@@ -179,18 +179,9 @@ class Transfer:
         return np.einsum("qc,sqca->sqa", places.bary, turned[:, places.corners])
 
     def smoothed(self, wanted: Float64Array, apart: Float64Array) -> Float64Array:
-        """The smooth field nearest to displacements, with pairs as far apart as given.
+        """The smooth field (shape, free, 3) m nearest to displacements `wanted` (shape, free, 3) m.
 
-        Parameters
-        ----------
-        wanted
-            (shape, free, 3) m.
-        apart
-            (shape, pair, 3) m: what is added between the two sides of `all_ties`.
-
-        Returns
-        -------
-        (shape, free, 3) m.
+        apart: (shape, pair, 3) m that is added between the two sides of `all_ties`.
         """
         side = self._weights[:, None] * wanted + TIE_AREA_M2 * np.stack(
             [self._tie_rows.T @ rows for rows in apart]

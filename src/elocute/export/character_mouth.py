@@ -27,18 +27,9 @@ def mouth_controls(character: Character) -> list[Control]:
 
 
 def measured_mouth(character: Character) -> MeasuredMouth | None:
-    """Measure a character's mouth.
+    """The mouth of a character, with the effects of `mouth_controls`.
 
-    Parameters
-    ----------
-    character : Character
-        The character.
-
-    Returns
-    -------
-    MeasuredMouth or None
-        With the effects of `mouth_controls`; None where its mesh cannot be read, or has no lips
-        that these part.
+    None where its mesh cannot be read, or has no lips that these part.
     """
     controls = mouth_controls(character)
     openers = [each for each in controls if each.binds and each.looks.get("jawOpen", 0.0) > 0]

@@ -50,19 +50,7 @@ class CharacterMotion:
 
 
 def character_motion(motion: Motion, character: Character) -> CharacterMotion:
-    """Move a character as a motion moves the built-in head.
-
-    Parameters
-    ----------
-    motion : Motion
-        Of the built-in head.
-    character : Character
-        The character.
-
-    Returns
-    -------
-    CharacterMotion
-    """
+    """What moves in a character's file where a motion of the built-in head is played on it."""
     controls, residual = _control_weights(motion, character)
     tree = NodeTree(character.document)
     turns: dict[int, Float32Array] = {}
@@ -98,8 +86,7 @@ def _overridden(
 ) -> dict[str, Float32Array]:
     """Weights without what expressions of a VRM take away of blinks, gaze and mouth.
 
-    One of the same kind takes nothing of its own; one that is off or on is off where anything is
-    taken.
+    One of the same kind takes nothing of its own; a switch is off where anything is taken.
     """
     left = {}
     for kind in OVERRIDDEN:

@@ -50,21 +50,8 @@ def write_png(
 def contact_sheet(
     pictures: Sequence[NDArray[np.uint8]], labels: Sequence[str], columns: int
 ) -> Any:
-    """Lay pictures out in rows, each with its label.
-
-    Parameters
-    ----------
-    pictures : sequence of (height, width, 3 or 4) uint8
-        sRGB, all of one size; with a fourth channel the sheet is transparent too.
-    labels : sequence of str
-        One per picture.
-    columns : int
-        Pictures in a row.
-
-    Returns
-    -------
-    PIL.Image.Image
-    """
+    """Pictures (height, width, 3 or 4) uint8 of one size in rows, each with its label: a PIL image,
+    transparent where they have a fourth channel."""
     from PIL import Image, ImageDraw, ImageFont
 
     height, width, channels = pictures[0].shape

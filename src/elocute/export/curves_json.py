@@ -92,13 +92,6 @@ def curves_of_record(path: str | Path, record: dict[str, Any]) -> Curves:
 def read_json_rotations(path: str | Path, joints: tuple[str, ...]) -> NDArray[np.float32] | None:
     """Read the turns of a head's joints that were written as .json.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    joints : tuple of str
-        The joints of the head that shall turn.
-
     Returns
     -------
     (frame, joint, 4) float32 or None

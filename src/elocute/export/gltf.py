@@ -73,29 +73,13 @@ def write_glb(
 ) -> None:
     """Write an animated head as .glb, its sound beside it as NAME.wav or inside.
 
-    A head that stands for a character in a file of its own moves there.
+    A head that stands for a character in a file of its own moves there. A sound that is NAME.wav
+    already is left alone; overwrite: whether to replace a NAME.wav that an earlier call did not
+    make from this very sound, or that was changed since. The file is written at once: `progress` is
+    not called.
 
-    Parameters
-    ----------
-    motion : Motion
-        What to write.
-    path : str or Path
-        The file; one of that name is replaced.
-    sound : str, Path or Waveform, optional
-        The sound that belongs to the motion. A file that is NAME.wav already is left alone.
-    options : GlbOptions, optional
-        Whether the sound goes inside, and which shapes the file has.
-    overwrite : bool
-        Whether to replace a NAME.wav that an earlier call did not make from this very sound, or
-        that was changed since.
-    progress : callable, optional
-        Not called: the file is written at once.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written, and a NAME.wav that would be replaced without
-        `overwrite`; nothing is written then.
+    Raises OutputError for a place that cannot be written, and a NAME.wav that would be replaced
+    without `overwrite`; nothing is written then.
     """
     path, options = Path(path), options or GlbOptions()
     beside = None if options.embed_audio or sound is None else wav_beside(path, sound)
@@ -132,31 +116,14 @@ def glb_bytes(
     *,
     for_viewer: bool = False,
 ) -> bytes:
-    """An animated head as the bytes of a .glb.
+    """An animated head as the bytes of a .glb, with its sound inside where one is given.
 
-    Parameters
-    ----------
-    motion : Motion
-        What to write.
-    sound : str, Path or Waveform, optional
-        Embedded, where given.
-    options : GlbOptions, optional
-        Which shapes it has.
-    for_viewer : bool
-        Whether our own viewer draws it, which knows occlusion, strands, folds and the shade of
-        lids: vertices carry the occlusion that their colours hold (`_OCCLUSION`), the direction of
-        hair (`_STRAND`) and where they fold (`_FOLDS_0` to `_FOLDS_3`).
+    for_viewer: whether our own viewer draws it, which knows occlusion, strands, folds and the shade
+    of lids: vertices carry the occlusion that their colours hold (`_OCCLUSION`), the direction of
+    hair (`_STRAND`) and where they fold (`_FOLDS_0` to `_FOLDS_3`).
 
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    OutputError
-        For visemes of a head that lacks the shapes that make them.
-    HeadError
-        For a head with an image that is none.
+    Raises OutputError for visemes of a head that lacks the shapes that make them, and HeadError for
+    a head with an image that is none.
     """
     file = animated_file(motion.dressed(), options or GlbOptions(), for_viewer)
     if sound is not None:
@@ -165,28 +132,10 @@ def glb_bytes(
 
 
 def animated_file(motion: Motion, options: GlbOptions, for_viewer: bool = False) -> GltfFile:
-    """An animated head as a file to which more can be added.
+    """An animated, dressed head as a file to which more can be added.
 
-    Parameters
-    ----------
-    motion : Motion
-        Of a dressed head.
-    options : GlbOptions
-        Which shapes it has.
-    for_viewer : bool
-        As for `glb_bytes`.
-
-    Returns
-    -------
-    GltfFile
-        Node 0 has the mesh, the nodes after it are the head's joints in their order.
-
-    Raises
-    ------
-    OutputError
-        For shapes that the head lacks the parts of.
-    HeadError
-        For a head with an image that is none.
+    Node 0 has the mesh, the nodes after it are the head's joints in their order. Raises as
+    `glb_bytes`.
     """
     file = GltfFile()
     head = motion.head if for_viewer else _with_skin_for_engines(motion.head)
@@ -310,19 +259,8 @@ def corners_of(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
     """The corners of a material's faces, split where texture seams need it.
 
-    Parameters
-    ----------
-    head : HeadModel
-        Whose.
-    material : int
-        Index into its materials.
-
-    Returns
-    -------
-    vertices, texels : (corner,) int
-        The vertex of the head and the texture coordinate of each.
-    faces : (3 triangle,) int
-        Corners of the triangles.
+    Vertex and texture coordinate of each corner (corner,), and the corners of the triangles (3
+    triangle,).
     """
     chosen = head.triangle_material == material
     triangles, texels = head.triangles[chosen].ravel(), head.uv_triangles[chosen].ravel()

@@ -28,25 +28,9 @@ AUDIO = "KHR_audio_emitter"
 
 
 def character_glb(motion: Motion, character: Character, sound: Sound | None = None) -> bytes:
-    """A character's file with a motion as one more animation, as a .glb.
+    """A character's file with a motion of the built-in head as one more animation, as a .glb.
 
-    Parameters
-    ----------
-    motion : Motion
-        Of the built-in head.
-    character : Character
-        Whose file it is.
-    sound : str, Path or Waveform, optional
-        Embedded, where given.
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    OutputError
-        For a motion so long that no .glb holds it.
+    Raises OutputError for a motion so long that no .glb holds it.
     """
     moved = character_motion(motion, character)
     added = GltfAdditions(character.document)

@@ -89,30 +89,13 @@ class MaterialIndices:
 
 
 def add_materials(file: GltfFile, head: HeadModel, *, folds: bool = False) -> list[MaterialIndices]:
-    """Add the materials of a head with their images.
+    """Add the materials of a head with their images; returns one `MaterialIndices` for each.
 
     A surface that blends becomes two records over the same faces: what is solid, which hides what
     lies behind, and the fringe, laid over it. No program then needs to sort faces.
 
-    Parameters
-    ----------
-    file : GltfFile
-        Where to.
-    head : HeadModel
-        Whose materials.
-    folds : bool
-        Whether the images of folds come along, which no other program knows: their textures are
-        named in the materials' extras.
-
-    Returns
-    -------
-    list of MaterialIndices
-        One per material of the head.
-
-    Raises
-    ------
-    HeadError
-        For an image that is none.
+    folds: whether the images of folds come along, which no other program knows: their textures are
+    named in the materials' extras. Raises HeadError for an image that is none.
     """
     return [
         _add_material(file, name, head.surfaces.get(name), folds) for name in head.material_names

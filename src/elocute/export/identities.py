@@ -26,19 +26,8 @@ Progress = Callable[[float], None] | None
 def check_identity_output(path: str | Path, count: int, mesh: str = ".obj") -> None:
     """Refuse what `write_identities` could not write, before anything is computed.
 
-    Parameters
-    ----------
-    path : str or Path
-        The output.
-    count : int
-        How many faces.
-    mesh : str
-        Suffix of the meshes in a folder: ".obj" or ".ply".
-
-    Raises
-    ------
-    OutputError
-        For a place, a suffix or a count that cannot be written.
+    count: how many faces; mesh: suffix of the meshes in a folder, ".obj" or ".ply". Raises
+    OutputError for a place, a suffix or a count that cannot be written.
     """
     path = check_output(path)
     suffix = path.suffix.lower()

@@ -102,24 +102,9 @@ class MeshMaterials:
 
 
 def mesh_materials(head: HeadModel, tag: str = "") -> MeshMaterials | None:
-    """The materials of a head for mesh files.
+    """The materials of a head for mesh files; None for a head without images.
 
-    Parameters
-    ----------
-    head : HeadModel
-        With images or without.
-    tag : str
-        Begins the name of each file.
-
-    Returns
-    -------
-    MeshMaterials or None
-        None for a head without images.
-
-    Raises
-    ------
-    HeadError
-        For an image that is none.
+    tag: begins the name of each file. Raises HeadError for an image that is none.
     """
     if not any(surface.color for surface in head.surfaces.values()):
         return None

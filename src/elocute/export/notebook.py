@@ -19,23 +19,10 @@ HEIGHT_PX = 480
 def viewer_frame(
     motion: Motion, sound: Sound | None, title: str, words: Sequence[Label] = ()
 ) -> str:
-    """HTML that shows a motion with its sound in a notebook.
+    """HTML that shows a motion with its sound in a notebook, in a frame of this title.
 
-    Parameters
-    ----------
-    motion : Motion
-        What is shown.
-    sound : str, Path, Waveform or None
-        The sound that belongs to it.
-    title : str
-        What the frame is called.
-    words : sequence of (float, float, str)
-        Start in s, end in s and word, where they are known: captions.
-
-    Returns
-    -------
-    str
-        A frame with the viewer; a sentence where the page would be too large, or cannot be made.
+    words: start in s, end in s and word, where they are known: captions. A sentence where the page
+    would be too large, or cannot be made.
     """
     try:
         if _least_bytes(motion, sound) > BYTES_MAX:

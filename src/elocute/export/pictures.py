@@ -10,29 +10,11 @@ from elocute.render.lights import RIGS
 
 
 def open_pictures(head: HeadModel, size: tuple[int, int], options: PictureOptions) -> Renderer:
-    """A renderer of one head.
+    """A renderer of one head: camera, lights and ground as the options say.
 
-    Parameters
-    ----------
-    head : HeadModel
-        What is drawn.
-    size : (int, int)
-        Width and height of a picture, pixels: that of the options is a sheet's or a video's.
-    options : PictureOptions
-        Everything else.
-
-    Returns
-    -------
-    Renderer
-        A context manager. Pictures have a fourth channel, straight alpha, where the background is
-        transparent.
-
-    Raises
-    ------
-    OutputError
-        For a background that cannot be read.
-    MachineError
-        Where no renderer works.
+    size: width and height of a picture, pixels; that of the options is a sheet's or a video's.
+    Pictures have a fourth channel, straight alpha, where the background is transparent. Raises
+    OutputError for a background that cannot be read, and MachineError where no renderer works.
     """
     camera = portrait(head, options.view, framing=options.framing, aspect=size[0] / size[1])
     stage = Stage(

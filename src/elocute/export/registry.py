@@ -227,19 +227,8 @@ def write(
 def check_character(head: HeadModel, path: str | Path, options: Mapping[str, Any]) -> None:
     """Refuse what a head that stands for a character in its own file cannot be written as.
 
-    Parameters
-    ----------
-    head : HeadModel
-        Any.
-    path : str or Path
-        The output.
-    options : mapping of str
-        Those of the format, by name.
-
-    Raises
-    ------
-    OutputError
-        For such a head, where the format needs a mesh or an option says which shapes there are.
+    Raises OutputError for such a head, where the format needs a mesh or one of its options says
+    which shapes there are.
     """
     suffix = check_suffix(path)
     if head.character is None:
@@ -266,20 +255,8 @@ def side_files(
 ) -> list[Path]:
     """The files that `write` makes beside an output.
 
-    Parameters
-    ----------
-    path : Path
-        The output.
-    sound : Path, Waveform or None
-        The sound that belongs to the motion.
-    embed_audio : bool
-        Whether the sound goes inside.
-    cut : bool
-        Whether only a part of the sound is meant, which cannot lie there already.
-
-    Returns
-    -------
-    list of Path
+    embed_audio: whether the sound goes inside; cut: whether only a part of the sound is meant,
+    which cannot lie there already.
     """
     if not WRITERS[check_suffix(path)].sound_beside or sound is None or embed_audio:
         return []

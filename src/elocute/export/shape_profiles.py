@@ -128,24 +128,10 @@ class TargetShapes:
 def target_shapes(head: HeadModel, profile: str, visemes: bool = False) -> Targets:
     """The targets of a head in a profile.
 
-    Parameters
-    ----------
-    head : HeadModel
-        With any shapes; only those of `NEAREST` are ever folded.
-    profile : str
-        "arkit" folds speech shapes into ARKit's, "elocute" keeps all; "oculus" and "vrm" fit the
-        mouth with visemes or VRM's vowels.
-    visemes : bool
-        Whether the fifteen visemes follow as targets that rest.
-
-    Returns
-    -------
-    Targets
-
-    Raises
-    ------
-    OutputError
-        For a head that lacks the shapes that make visemes, or the profile's own.
+    profile: "arkit" folds speech shapes (those of `NEAREST`) into ARKit's, "elocute" keeps all;
+    "oculus" and "vrm" fit the mouth with visemes or VRM's vowels. visemes: whether the fifteen
+    visemes follow as targets that rest. Raises OutputError for a head that lacks the shapes that
+    make visemes, or the profile's own.
     """
     if profile in FITTED:
         return FITTED[profile](head)

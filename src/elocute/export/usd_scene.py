@@ -42,29 +42,10 @@ class UsdScene:
 def usd_scene(
     motion: Motion, shapes: Targets, joints: tuple[str, ...], sound: bytes | None, title: str
 ) -> UsdScene:
-    """The scene of a motion.
+    """The text of the scene of a motion, and the files that it names, by their paths there.
 
-    Parameters
-    ----------
-    motion : Motion
-        Of a dressed head.
-    shapes : Targets
-        The blend shapes.
-    joints : tuple of str
-        Names of the head's joints.
-    sound : bytes or None
-        A .wav.
-    title : str
-        What the scene is called.
-
-    Returns
-    -------
-    UsdScene
-
-    Raises
-    ------
-    HeadError
-        For a head with an image that is none.
+    Of a dressed head; joints: names of its joints; sound: a .wav. Raises HeadError for a head with
+    an image that is none.
     """
     head = motion.head
     pictures = _Pictures(head)

@@ -31,27 +31,10 @@ def write_usdz(
     options: ShapeOptions | None = None,
     progress: Any = None,
 ) -> None:
-    """Write an animated head as .usdz, its sound inside.
+    """Write an animated head as .usdz, its sound inside; it is written at once.
 
-    Parameters
-    ----------
-    motion : Motion
-        What to write.
-    path : str or Path
-        The file; one of that name is replaced.
-    sound : str, Path or Waveform, optional
-        The sound that belongs to the motion.
-    options : ShapeOptions, optional
-        Which shapes the file has.
-    progress : callable, optional
-        Not called: the file is written at once.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written, and visemes of a head that lacks the shapes for them.
-    HeadError
-        For a head with an image that is none.
+    Raises OutputError for a place that cannot be written, and visemes of a head that lacks the
+    shapes for them; HeadError for a head with an image that is none.
     """
     path, options = Path(path), options or ShapeOptions()
     motion = motion.dressed()

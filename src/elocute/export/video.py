@@ -74,27 +74,11 @@ def write_video(
 ) -> None:
     """Draw a motion as video with its sound, in the format of the suffix.
 
-    .mp4 is H.264 and AAC, .webm VP9 and Opus, .mov ProRes and linear PCM.
+    .mp4 is H.264 and AAC, .webm VP9 and Opus, .mov ProRes and linear PCM. Frame i is shown at i /
+    fps, where sample i · rate / fps is heard. Odd sides lose a pixel, as codecs demand.
 
-    Parameters
-    ----------
-    motion : Motion
-        What is drawn. Frame i is shown at i / fps, where sample i · rate / fps is heard.
-    path : str or Path
-        The file; one of that name is replaced.
-    sound : str, Path or Waveform, optional
-        The sound that belongs to the motion.
-    options : PictureOptions, optional
-        Size, renderer, view, light and background. Odd sides lose a pixel, as codecs demand.
-    progress : callable, optional
-        Called with the share that is done, 0 to 1.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written, and a background that cannot be read.
-    MachineError
-        Where no renderer works.
+    Raises OutputError for a place that cannot be written, and a background that cannot be read;
+    MachineError where no renderer works.
     """
     motion, options = motion.dressed(), options or PictureOptions()
     wide, high = options.size

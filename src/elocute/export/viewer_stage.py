@@ -26,23 +26,13 @@ LIGHT_GROUNDS = {"studio": ((0.88, 0.89, 0.90), (0.72, 0.735, 0.75))}
 
 
 def viewer_stage(head: HeadModel, light: str = "studio") -> dict[str, Any]:
-    """The light that falls on a head, in the words of `web/src/shading.js`.
+    """The light of a rig that falls on a head as it is drawn, in the words of `web/src/shading.js`.
 
-    Parameters
-    ----------
-    head : HeadModel
-        The head as it is drawn.
-    light : str
-        A key of `RIGS`.
-
-    Returns
-    -------
-    dict
-        Of plain values: `glsl` (`shading.glsl`), `exposure`, `key_view` (16, by columns), `taps`,
-        `shadow_side`, `shadow_bias`, `ground` (two sRGB colours of 0 to 255), `light_ground` (the
-        same beside light controls, or None where it stays), and `parts`, by the name of the
-        material; `folds` where a material has them, `mouth` where one has the lips, and
-        `openness_glsl`, what lips leave of the light on what is in it.
+    Plain values: `glsl` (`shading.glsl`), `exposure`, `key_view` (16, by columns), `taps`,
+    `shadow_side`, `shadow_bias`, `ground` (two sRGB colours of 0 to 255), `light_ground` (the same
+    beside light controls, or None where it stays), and `parts`, by the name of the material;
+    `folds` where a material has them, `mouth` where one has the lips, and `openness_glsl`, what
+    lips leave of the light on what is in it.
     """
     rig, parts = RIGS[light], Parts(head)
     key = shadow_view(head, rig)
@@ -133,10 +123,7 @@ def _part(part: Part) -> dict[str, Any]:
 def viewer_views(head: HeadModel) -> dict[str, Any]:
     """Where the camera of a picture stands in each view of a square one.
 
-    Returns
-    -------
-    dict
-        `field_deg`, and `views`: by name, `position` and `target` (3,) in m.
+    `field_deg`, and `views`: by name, `position` and `target` (3,) in m.
     """
     cameras = {name: portrait(head, name) for name in VIEWS}
     return {

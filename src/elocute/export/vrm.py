@@ -33,26 +33,11 @@ CC0 = "https://creativecommons.org/publicdomain/zero/1.0/"
 def write_vrm(
     motion: Motion, path: str | Path, *, sound: object = None, progress: Any = None
 ) -> None:
-    """Write an animated head as a VRM 1.0; a character that is a VRM moves in its own file.
+    """Write an animated head as a VRM 1.0, which has no sound; it is written at once.
 
-    Parameters
-    ----------
-    motion : Motion
-        What to write.
-    path : str or Path
-        The file; one of that name is replaced.
-    sound : object, optional
-        Not written: a VRM has none.
-    progress : callable, optional
-        Not called: the file is written at once.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written, a head without ARKit's shapes, and a character that is
-        no VRM.
-    HeadError
-        For a head with an image that is none.
+    A character that is a VRM moves in its own file. Raises OutputError for a place that cannot be
+    written, a head without ARKit's shapes, and a character that is no VRM; HeadError for a head
+    with an image that is none.
     """
     path = Path(path)
     character = motion.head.character
@@ -76,24 +61,7 @@ def _check_is_vrm(path: Path, character: Character) -> None:
 
 
 def vrm_bytes(motion: Motion) -> bytes:
-    """An animated head as the bytes of a .vrm.
-
-    Parameters
-    ----------
-    motion : Motion
-        What to write.
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    OutputError
-        For a head without ARKit's shapes.
-    HeadError
-        For a head with an image that is none.
-    """
+    """An animated head as the bytes of a .vrm. Raises as `write_vrm`."""
     check_shapes(motion.head, "a VRM", set(ARKIT_NAMES))
     motion = standing(motion.dressed())
     head = motion.head

@@ -36,48 +36,18 @@ def write_vrma(
     options: VrmaOptions | None = None,
     progress: Any = None,
 ) -> None:
-    """Write a motion as a VRM animation.
+    """Write a motion as a VRM animation, which has no sound; it is written at once.
 
-    Parameters
-    ----------
-    motion : Motion
-        What to write.
-    path : str or Path
-        The file; one of that name is replaced.
-    sound : object, optional
-        Not written: a VRM animation has none.
-    options : VrmaOptions, optional
-        Which expressions move.
-    progress : callable, optional
-        Not called: the file is written at once.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written, and a head without ARKit's shapes.
+    Raises OutputError for a place that cannot be written, and a head without ARKit's shapes.
     """
     with write_atomically(path) as draft:
         draft.write_bytes(vrma_bytes(motion, options))
 
 
 def vrma_bytes(motion: Motion, options: VrmaOptions | None = None) -> bytes:
-    """A motion as the bytes of a .vrma.
+    """A motion as the bytes of a .vrma, with vowels, lids and gaze or ARKit's 52 expressions.
 
-    Parameters
-    ----------
-    motion : Motion
-        What to write.
-    options : VrmaOptions, optional
-        Which expressions move: vowels, lids and gaze, or ARKit's 52.
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    OutputError
-        For a head without ARKit's shapes.
+    Raises OutputError for a head without ARKit's shapes.
     """
     perfect = options is not None and options.perfect_sync
     shapes = target_shapes(motion.head, "arkit" if perfect else "vrm")

@@ -40,19 +40,8 @@ CARRIES_HEAD = "chest"
 
 
 def bone_joints(head: HeadModel) -> dict[str, int]:
-    """Which joints of a head are humanoid bones.
-
-    Parameters
-    ----------
-    head : HeadModel
-        Any.
-
-    Returns
-    -------
-    dict of str to int
-        Joints by the names that VRM has for bones: head, where there is a joint at all, and neck,
-        leftEye and rightEye, where the head has them.
-    """
+    """Which joints of a head are humanoid bones, by the names that VRM has for these: head, where
+    there is a joint at all, and neck, leftEye and rightEye, where the head has them."""
     names = head.joint_names
     if not names:
         return {}
@@ -78,18 +67,7 @@ def eye_middle(head: HeadModel) -> Float64Array:
 
 
 def standing(motion: Motion) -> Motion:
-    """The same motion of a head that stands on a body, its neck above the origin.
-
-    Parameters
-    ----------
-    motion : Motion
-        Any.
-
-    Returns
-    -------
-    Motion
-        Of a head whose vertices and joints are where the body carries them.
-    """
+    """The same motion of a head that stands on a body, its neck above the origin."""
     head = motion.head
     eyes = eye_middle(head)
     root = head.joint_positions[0].astype(np.float64) if head.joint_names else eyes
@@ -105,23 +83,11 @@ def standing(motion: Motion) -> Motion:
 def add_body(
     head: HeadModel, nodes: list[dict[str, Any]], first: int
 ) -> tuple[int, dict[str, int]]:
-    """Put a body below a standing head.
+    """Put a body below a head that `standing` made.
 
-    Parameters
-    ----------
-    head : HeadModel
-        As `standing` makes it.
-    nodes : list of dict
-        The nodes of a file; those of the body are added, and the head's root joints hang from it.
-    first : int
-        The node of the head's first joint; the others follow it.
-
-    Returns
-    -------
-    root : int
-        The node at the origin that carries all.
-    bones : dict of str to int
-        Nodes by the names that VRM has for bones.
+    Its nodes are added to those of the file, of which `first` is the head's first joint and the
+    others follow it; the head's root joints hang from the body. Returns the node at the origin that
+    carries all, and nodes by the names that VRM has for bones.
     """
     bones = {bone: first + joint for bone, joint in bone_joints(head).items()}
     roots = [first + joint for joint, parent in enumerate(head.joint_parents) if parent < 0]

@@ -50,23 +50,7 @@ def _packed(document: GltfDocument) -> list[tuple[dict[str, Any], dict[str, Any]
 def draco_arrays(document: GltfDocument, path: Path, error: type[InputError]) -> GltfArrays:
     """The accessors of a file, with what Draco packed.
 
-    Parameters
-    ----------
-    document : GltfDocument
-        The file.
-    path : Path
-        For messages.
-    error : type of InputError
-        The class to raise.
-
-    Returns
-    -------
-    GltfArrays
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for streams that are damaged or are not what the file says.
+    Raises an `error` for streams that are damaged or are not what the file says.
     """
     packed, plain = _packed(document), GltfArrays(document)
     accessors = document.records("accessors")

@@ -21,27 +21,11 @@ ALLOWED = "a sound binary .fbx of up to 400 MB"
 
 
 def read_fbx(path: str | Path, *, error: type[InputError] = InputError) -> bytes:
-    """Read an FBX file as a .glb with everything inside.
+    """Read a binary FBX file as a .glb with everything inside.
 
-    Pictures are those that the file holds; what it only names is not looked for.
-
-    Parameters
-    ----------
-    path : str or Path
-        A binary .fbx.
-    error : type of InputError
-        The class to raise.
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a file that is missing, too large, damaged or no binary FBX.
-    MachineError
-        Where Blender's module `bpy` is not installed.
+    Pictures are those that the file holds; what it only names is not looked for. Raises an `error`
+    for a file that is missing, too large, damaged or no binary FBX; MachineError where Blender's
+    module `bpy` is not installed.
     """
     data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=error)
     try:

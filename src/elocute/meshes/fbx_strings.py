@@ -18,22 +18,9 @@ _LENGTH, _ARRAY = struct.Struct("<I"), struct.Struct("<III")
 
 
 def without_places(data: bytes) -> bytes:
-    """The file with `/` and `\\` in its texts replaced, so that no text is a path.
+    """A binary FBX file with `/` and `\\` in its texts replaced, so that no text is a path.
 
-    Parameters
-    ----------
-    data : bytes
-        A binary FBX file.
-
-    Returns
-    -------
-    bytes
-        Of the same length.
-
-    Raises
-    ------
-    ValueError
-        For another file, and for records that do not fit each other.
+    Of the same length. Raises ValueError for another file, and for records that do not fit.
     """
     if not data.startswith(MAGIC) or len(data) < len(MAGIC) + 4:
         raise ValueError("no binary FBX")

@@ -51,20 +51,12 @@ class GltfArrays:
     def values(self, accessor: int) -> NDArray[Any]:
         """The elements of an accessor.
 
-        Parameters
-        ----------
-        accessor : int
-            Its number.
+        Raises ValueError for content that is damaged, absent or more than may be read.
 
         Returns
         -------
         (count, width) array
             Float64 where they are floats or normalized, whole numbers as they are stored.
-
-        Raises
-        ------
-        ValueError
-            For content that is damaged, absent or more than may be read.
         """
         record = self._document.records("accessors")[accessor]
         kind, width = np.dtype(TYPES[record["componentType"]]), WIDTHS[record["type"]]

@@ -34,23 +34,9 @@ def check_gltf(
     subject: str | Path,
     error: type[InputError] = InputError,
 ) -> None:
-    """Check the records of a glTF file.
+    """Check the records of a glTF file whose binary chunk, if any, has so many bytes.
 
-    Parameters
-    ----------
-    record : dict
-        The JSON of the file.
-    binary_bytes : int or None
-        Length of the binary chunk; None without one.
-    subject : str or Path
-        Where it is from, for messages.
-    error : type of InputError
-        The class to raise.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, naming the record that does not fit, or the other file that is wanted.
+    Raises an `error` that names the record that does not fit, or the other file that is wanted.
     """
     _Checks(record, binary_bytes, subject, error).run()
 

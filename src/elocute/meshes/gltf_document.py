@@ -56,26 +56,11 @@ class GltfDocument:
 
 
 def read_gltf(path: str | Path, *, error: type[InputError] = InputError) -> GltfDocument:
-    """Read a glTF file.
+    """Read a glTF file: a .glb, .vrm or .gltf, or an .fbx, which Blender's module reads.
 
-    Parameters
-    ----------
-    path : str or Path
-        A .glb, .vrm or .gltf, or an .fbx, which Blender's module reads.
-    error : type of InputError
-        The class to raise.
-
-    Returns
-    -------
-    GltfDocument
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a file that is missing, too large, damaged or no glTF 2.0, whose
-        parts do not fit each other, or that keeps a part in another file, which is never opened.
-    MachineError
-        For an .fbx where Blender's module is not installed.
+    Raises an `error` for a file that is missing, too large, damaged or no glTF 2.0, whose parts do
+    not fit each other, or that keeps a part in another file, which is never opened; MachineError
+    for an .fbx where Blender's module is not installed.
     """
     return gltf_document(read_gltf_bytes(path, FILE_MAX_BYTES, error), path, error=error)
 
@@ -92,26 +77,7 @@ def read_gltf_bytes(path: str | Path, max_bytes: int, error: type[InputError]) -
 def gltf_document(
     data: bytes, subject: str | Path, *, error: type[InputError] = InputError
 ) -> GltfDocument:
-    """Take the bytes of a glTF file apart.
-
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    subject : str or Path
-        Where it is from, for messages.
-    error : type of InputError
-        The class to raise.
-
-    Returns
-    -------
-    GltfDocument
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, as `read_gltf` says.
-    """
+    """The parts of a glTF file's bytes. Raises as `read_gltf`."""
     if data[:4] == MAGIC:
         first, binary, others = _chunks(data, subject, error)
     else:
@@ -127,21 +93,8 @@ def gltf_document(
 def packed(
     text: str, binary: list[bytes | memoryview], others: tuple[tuple[bytes, memoryview], ...] = ()
 ) -> bytes:
-    """A .glb of a JSON text and the parts of its binary chunk.
-
-    Parameters
-    ----------
-    text : str
-        The JSON.
-    binary : list of bytes-like
-        One after another; [] for a file without that chunk.
-    others : tuple of (bytes, bytes-like)
-        Kind and content of further chunks.
-
-    Returns
-    -------
-    bytes
-    """
+    """A .glb of a JSON text, the parts of its binary chunk ([] for a file without one), and further
+    chunks with their kinds."""
     letters = text.encode("utf-8")
     chunks = [*_padded(JSON_CHUNK, [letters], b" ")]
     if binary:

@@ -41,30 +41,10 @@ WEBP = "EXT_texture_webp"
 def gltf_parts(
     document: GltfDocument, arrays: GltfArrays, subject: str, budget: int, error: type[InputError]
 ) -> Iterator[MeshPart]:
-    """The parts of a file, in the order of its scene.
+    """The parts of a file that was checked, in the order of its scene.
 
-    Parameters
-    ----------
-    document : GltfDocument
-        Checked.
-    arrays : GltfArrays
-        Its accessors.
-    subject : str
-        Where it is from, for messages.
-    budget : int
-        Bytes that its pictures may take, unpacked.
-    error : type of InputError
-        The class to raise.
-
-    Yields
-    ------
-    MeshPart
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for pictures that are none, damaged or too large; others for content
-        that does not fit its records.
+    budget: bytes that its pictures may take, unpacked. Raises an `error` for pictures that are
+    none, damaged or too large; others for content that does not fit its records.
     """
     tree = NodeTree(document)
     pictures = _Pictures(document, arrays, subject, budget, error)

@@ -103,15 +103,7 @@ def rest_turn(node: dict[str, Any]) -> NDArray[np.float64]:
 def without_matrix(node: dict[str, Any]) -> dict[str, Any] | None:
     """A node's record as a turn, a scale and a shift, which alone can be animated.
 
-    Parameters
-    ----------
-    node : dict
-        The record.
-
-    Returns
-    -------
-    dict or None
-        The record itself where it has no matrix; None where its matrix shears.
+    The record itself where it has no matrix; None where its matrix shears.
     """
     if "matrix" not in node:
         return node

@@ -16,20 +16,8 @@ _BLANKS = " \t\r\n"
 
 
 def find(text: str, path: Steps) -> tuple[int, int] | None:
-    """Where a value stands.
-
-    Parameters
-    ----------
-    text : str
-        JSON.
-    path : sequence of str and int
-        Which value.
-
-    Returns
-    -------
-    (int, int) or None
-        Its first letter, and the one after its last; None where there is no such value.
-    """
+    """Where a value stands: its first letter, and the one after its last; None where there is
+    none."""
     at = _skipped(text, 0)
     place = (at, _READER.raw_decode(text, at)[1])
     for step in path:
@@ -43,25 +31,9 @@ def find(text: str, path: Steps) -> tuple[int, int] | None:
 
 
 def with_value(text: str, path: Steps, value: Any) -> str:
-    """The text with a value set.
+    """The text with a value set: one that is there, or another key of an object that is.
 
-    Parameters
-    ----------
-    text : str
-        JSON.
-    path : sequence of str and int
-        Where to: a value that is there, or another key of an object that is.
-    value : object
-        Anything that JSON can hold.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    KeyError
-        Where nothing is there to hold it.
+    Raises KeyError where nothing is there to hold it.
     """
     new = _written(value)
     place = find(text, path)
@@ -76,23 +48,7 @@ def with_value(text: str, path: Steps, value: Any) -> str:
 def with_items(text: str, path: Steps, values: Sequence[Any]) -> str:
     """The text with items at the end of a list; one that is missing is made.
 
-    Parameters
-    ----------
-    text : str
-        JSON.
-    path : sequence of str and int
-        The list.
-    values : sequence
-        What JSON can hold.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    KeyError
-        Where nothing is there to hold the list.
+    Raises KeyError where nothing is there to hold the list.
     """
     place = find(text, path)
     if place is None:

@@ -80,33 +80,10 @@ def mesh_looks(
 ) -> dict[int, Look]:
     """How the materials of a mesh look.
 
-    Parameters
-    ----------
-    mesh : PolygonMesh
-        As parsed.
-    used : iterable of int
-        Rows of its `material_names`; -1 stands for faces without a material.
-    placed : bool
-        Whether any face has places in a picture.
-    path : Path
-        The mesh's file.
-    error : type of InputError
-        The class to raise.
-
-    Returns
-    -------
-    dict of int to Look
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for material files and pictures that are no regular files, damaged, or
-        unpack to far more than their size.
-
-    Warns
-    -----
-    ElocuteWarning
-        For each that is named but not there.
+    used: rows of its `material_names`, -1 for faces without a material; placed: whether any face
+    has places in a picture. Raises an `error` for material files and pictures that are no regular
+    files, damaged, or unpack to far more than their size; warns for each that is named but not
+    there.
     """
     beside = _Beside(path, error)
     placed = placed and bool(np.ptp(mesh.uv, axis=0).any())  # some programs write zeros only

@@ -25,28 +25,10 @@ UNPACKED_MIN_BYTES = 4 * 4096 * 4096
 def read_mesh_file(
     path: str | Path, *, max_bytes: int, error: type[InputError], cloud: bool = False
 ) -> PolygonMesh:
-    """Read a mesh, with its vertices in the order of the file; no other file is looked for.
+    """Read an .obj, .ply or .stl with its vertices in order; no other file is looked for.
 
-    Parameters
-    ----------
-    path : str or Path
-        An .obj, .ply or .stl.
-    max_bytes : int
-        Largest size of the file, bytes.
-    error : type of InputError
-        The class to raise.
-    cloud : bool
-        Whether points without triangles are allowed.
-
-    Returns
-    -------
-    PolygonMesh
-        All corners are there; some triangles at least, but for a cloud.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a file that is missing, too large, damaged, or not a mesh.
+    All corners are there, and some triangles at least, but where `cloud` allows points alone.
+    Raises an `error` for a file that is missing, too large, damaged, or not a mesh.
     """
     path = Path(path)
     parse = PARSERS.get(path.suffix.lower())
@@ -59,27 +41,10 @@ def read_mesh_file(
 def check_picture(
     data: bytes, subject: str | Path, error: type[InputError] = InputError
 ) -> tuple[int, int]:
-    """Check a picture before its pixels are decoded.
+    """Width and height of a picture in pixels, before these are decoded.
 
-    Parameters
-    ----------
-    data : bytes
-        The file's content.
-    subject : str or Path
-        Where it is from, for the message.
-    error : type of InputError
-        The class to raise.
-
-    Returns
-    -------
-    width, height : int
-        Pixels.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for anything but a picture of `PICTURE_FORMATS`, and for one that
-        would unpack to far more than its size.
+    Raises an `error` for anything but a picture of `PICTURE_FORMATS`, and for one that would unpack
+    to far more than its size.
     """
     from PIL import Image
 

@@ -79,12 +79,7 @@ class MeshPart:
 def drawn_picture(image: Any, mode: Any) -> tuple[Any, str]:
     """A picture in RGB or RGBA of at most 2048 pixels a side, and how its alpha is meant.
 
-    Parameters
-    ----------
-    image : PIL.Image.Image
-        As it is in the file.
-    mode : str or None
-        OPAQUE, MASK or BLEND, where the material says so.
+    mode: OPAQUE, MASK or BLEND, where the material says so.
     """
     from PIL import Image
 

@@ -37,36 +37,14 @@ PARTS_MAX = 1000
 def read_mesh_parts(
     path: str | Path, *, max_bytes: int, error: type[InputError], finite: bool = True
 ) -> tuple[MeshPart, ...]:
-    """Read a mesh with its materials.
+    """Read an .obj, .ply, .stl, .glb, .gltf, .vrm or .fbx with its materials: one part at least.
 
-    Parameters
-    ----------
-    path : str or Path
-        An .obj, .ply, .stl, .glb, .gltf, .vrm or .fbx.
-    max_bytes : int
-        Largest size of the file, bytes.
-    error : type of InputError
-        The class to raise.
-    finite : bool
-        Whether an .obj, .ply or .stl with vertices that are not finite is refused.
+    finite: whether an .obj, .ply or .stl with vertices that are not finite is refused.
 
-    Returns
-    -------
-    tuple of MeshPart
-        One at least.
-
-    Warns
-    -----
-    ElocuteWarning
-        For materials and pictures that are named but not there, and colours left out.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a file that is missing, too large, damaged, compressed in a way
-        that is not read, not a mesh, or with pictures that unpack to far more than their size.
-    MachineError
-        For an .fbx where Blender's module is not installed.
+    Warns of materials and pictures that are named but not there, and colours left out. Raises an
+    `error` for a file that is missing, too large, damaged, compressed in a way that is not read,
+    not a mesh, or with pictures that unpack to far more than their size; MachineError for an .fbx
+    where Blender's module is not installed.
     """
     path = Path(path)
     if path.suffix.lower() in GLTF_SUFFIXES:

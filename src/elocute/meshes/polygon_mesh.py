@@ -140,23 +140,11 @@ def _ears(places: NDArray[np.float64]) -> list[tuple[int, int, int]]:
 def checked_mesh(
     mesh: PolygonMesh, path: Path, error: type[InputError], cloud: bool = False
 ) -> PolygonMesh:
-    """The mesh, once it has triangles, all of whose corners are there.
+    """The mesh, once it has triangles, all of whose corners are there; `places` that are not become
+    -1.
 
-    Parameters
-    ----------
-    mesh : PolygonMesh
-        As parsed; `places` that are not there become -1.
-    path : Path
-        The file, for the message.
-    error : type of InputError
-        The class to raise.
-    cloud : bool
-        Whether points without triangles are allowed.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a cloud of points, and for corners past the vertices.
+    Raises an `error` for a cloud of points, unless it may be one, and for corners past the
+    vertices.
     """
     count, corners = len(mesh.vertices), mesh.corners
     if not count or not (cloud or (mesh.sizes > 2).any()):

@@ -18,19 +18,7 @@ CORNER = re.compile(rb"(?i)vertex\s+(\S+)\s+(\S+)\s+(\S+)")
 def parse_stl(data: bytes, path: Path, error: type[InputError]) -> PolygonMesh:
     """The triangles of an .stl, each with three points of its own.
 
-    Parameters
-    ----------
-    data : bytes
-        The file's content.
-    path : Path
-        Its name, for messages.
-    error : type of InputError
-        The class to raise.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a file that is cut short, or is no .stl.
+    Raises an `error` for a file that is cut short, or is no .stl.
     """
     count = int.from_bytes(data[80:HEAD_BYTES], "little")
     whole = len(data) >= HEAD_BYTES and len(data) - HEAD_BYTES >= count * RECORD.itemsize

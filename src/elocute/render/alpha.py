@@ -9,20 +9,18 @@ CELL = 8  # pixels a side
 
 
 def spread_colours(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Give what is transparent the colour of what lies next to it.
+    """sRGB with straight alpha whose transparent pixels have the colour of what lies next to them.
 
-    Codecs keep colours at half the size and blur them over edges: black beside hair would show as
-    a dark seam wherever the video is laid over something light.
+    Codecs keep colours at half the size and blur them over edges: black beside hair would show as a
+    dark seam wherever the video is laid over something light.
 
     Parameters
     ----------
     picture : (height, width, 4) uint8
-        sRGB with straight alpha.
 
     Returns
     -------
     (height, width, 4) uint8
-        The same where alpha is not 0, and the same alpha.
     """
     height, width = picture.shape[:2]
     rows, columns = -(-height // CELL), -(-width // CELL)

@@ -70,27 +70,14 @@ class Image:
 
 
 def open_pixels(data: bytes, what: str | Path, side_max: int, error: type[InputError]) -> Pixels:
-    """Pixels of an image file; its size is checked before memory is taken.
+    """Pixels of a PNG, JPEG or WebP file; its size is checked before memory is taken.
 
-    Parameters
-    ----------
-    data : bytes
-        PNG, JPEG or WebP.
-    what : str or Path
-        What messages call it.
-    side_max : int
-        A larger image is reduced to this many pixels on its longer side.
-    error : type of InputError
-        What is raised.
+    what: what messages call it; side_max: a larger image is reduced to this many pixels on its
+    longer side. Raises an `error` for what is no image or too large a one.
 
     Returns
     -------
     (height, width, 4) uint8
-
-    Raises
-    ------
-    InputError
-        An `error` for what is no image or too large a one.
     """
     from PIL import Image as Pillow
 

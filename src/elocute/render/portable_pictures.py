@@ -49,25 +49,9 @@ def portable_picture(
 ) -> PortablePicture:
     """A picture as PNG or JPEG; what is neither is encoded anew.
 
-    Parameters
-    ----------
-    data : bytes
-        A PNG, JPEG or WebP file.
-    subject : str
-        What it is of, for messages.
-    clear : bool
-        Whether its alpha is wanted: it becomes a PNG.
-    grey : bool
-        Whether a clear one without colours may be stored as grey and alpha, half as large.
-
-    Returns
-    -------
-    PortablePicture
-
-    Raises
-    ------
-    HeadError
-        For anything but a picture.
+    data: a PNG, JPEG or WebP file; subject: what it is of, for messages; clear: whether its alpha
+    is wanted, so that it becomes a PNG; grey: whether a clear one without colours may be stored as
+    grey and alpha, half as large. Raises HeadError for anything but a picture.
     """
     from PIL import Image
 

@@ -312,8 +312,8 @@ def tangents(
 ) -> tuple[FloatArray, FloatArray]:
     """Directions (point, 3) across the normals in which either texture coordinate grows.
 
-    From two edges (point, 3) of each triangle; change (point, 2) is that of the texture
-    coordinates along them. Longer where the coordinate grows faster.
+    From two edges (point, 3) of each triangle and the changes (point, 2) of texture coordinates
+    along them. Longer where the coordinate grows faster.
     """
     across, down = np.cross(other, normal), np.cross(normal, edge)
     side = np.sign(_dot(np.cross(edge, other), normal))

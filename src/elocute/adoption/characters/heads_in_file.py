@@ -44,29 +44,10 @@ def choose_head(
     parts: Sequence[HeadPart],
     mesh: str | None,
 ) -> list[HeadPart]:
-    """The parts of one head.
+    """The parts of one head, of all meshes with shapes of a face.
 
-    Parameters
-    ----------
-    subject : str
-        The file, for messages.
-    document : GltfDocument
-        Read.
-    tree : NodeTree
-        Its nodes.
-    parts : sequence of HeadPart
-        All meshes with shapes of a face.
-    mesh : str or None
-        The name of a mesh or of its node; None where there is one head only.
-
-    Returns
-    -------
-    list of HeadPart
-
-    Raises
-    ------
-    HeadError
-        For several heads of which none is named, and for a name that no mesh has.
+    mesh: the name of a mesh or of its node; None where there is one head only. Raises HeadError for
+    several heads of which none is named, and for a name that no mesh has.
     """
     heads = _heads(document, tree, parts)
     if mesh is not None:

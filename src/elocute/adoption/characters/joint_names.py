@@ -33,18 +33,8 @@ VRM_BONES = {
 
 
 def joint_of(name: str) -> str | None:
-    """Which of the built-in head's joints a joint is.
-
-    Parameters
-    ----------
-    name : str
-        As the file has it.
-
-    Returns
-    -------
-    str or None
-        "neck", "head", "jaw", "eyeLeft", "eyeRight"; None for others.
-    """
+    """Which of the built-in head's joints ("neck", "head", "jaw", "eyeLeft", "eyeRight") a joint is
+    by the name that the file has; None for others."""
     words = [word.lower() for word in _WORDS.findall(name[:200])]
     sides = {_SIDES[word] for word in words if word in _SIDES}
     rest = _without_rig(word for word in words if word not in _SIDES)

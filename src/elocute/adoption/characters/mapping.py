@@ -109,22 +109,9 @@ class Mapping:
 def map_character(
     parts: Sequence[HeadPart], tree: NodeTree, joints: dict[str, int], vrm: Vrm | None
 ) -> Mapping:
-    """Map a head's morph targets and joints.
+    """Map the morph targets and joints of a head.
 
-    Parameters
-    ----------
-    parts : sequence of HeadPart
-        Its meshes.
-    tree : NodeTree
-        The file's nodes.
-    joints : dict of str to int
-        Nodes by the names of the built-in head's joints.
-    vrm : Vrm or None
-        What the file says as a VRM.
-
-    Returns
-    -------
-    Mapping
+    joints: nodes by the names of the built-in head's joints; vrm: what the file says as a VRM.
     """
     mapping = Mapping()
     morphs = _from_names(parts, mapping)
@@ -148,23 +135,9 @@ def map_character(
 def head_joints(
     tree: NodeTree, skeleton: Iterable[int], parts: Sequence[HeadPart], vrm: Vrm | None
 ) -> dict[str, int]:
-    """Neck, head, jaw and eyes of a head.
+    """Nodes of neck, head, jaw and eyes of a head, by the names of the built-in head's joints.
 
-    Parameters
-    ----------
-    tree : NodeTree
-        The file's nodes.
-    skeleton : iterable of int
-        The joints of its skins; nothing where it has none.
-    parts : sequence of HeadPart
-        Its meshes.
-    vrm : Vrm or None
-        What the file says as a VRM, which goes first.
-
-    Returns
-    -------
-    dict of str to int
-        Nodes by the names of the built-in head's joints.
+    skeleton: the joints of its skins, nothing where it has none. What a VRM says goes first.
     """
     given = set(skeleton)
     if given:
@@ -392,21 +365,10 @@ def _turns(joints: dict[str, int], by_joint: list[Control], vrm: Vrm | None) -> 
 
 
 def facing_deg(tree: NodeTree, joints: dict[str, int], vrm: Vrm | None) -> float:
-    """How far a face is turned about +Y from +Z.
+    """How far a face is turned about +Y from +Z, in degrees.
 
-    Parameters
-    ----------
-    tree : NodeTree
-        The file's nodes.
-    joints : dict of str to int
-        Its eyes, where they have joints.
-    vrm : Vrm or None
-        A VRM of version 0 looks along -Z.
-
-    Returns
-    -------
-    float
-        Degrees; in quarters of a turn where the eyes are nearly so.
+    By the joints of its eyes, where it has these, in quarters of a turn where they are nearly so; a
+    VRM of version 0 looks along -Z.
     """
     if {"eyeLeft", "eyeRight"} <= set(joints):
         with np.errstate(all="ignore"):

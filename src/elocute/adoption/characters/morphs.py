@@ -47,18 +47,7 @@ class MorphMesh:
 
 
 def morph_meshes(document: GltfDocument) -> list[MorphMesh]:
-    """The meshes of a file that have morph targets and hang somewhere.
-
-    Parameters
-    ----------
-    document : GltfDocument
-        The file.
-
-    Returns
-    -------
-    list of MorphMesh
-        In the file's order.
-    """
+    """The meshes of a file that have morph targets and hang somewhere, in the file's order."""
     hanging: dict[int, list[int]] = {}
     nodes = document.records("nodes")
     for number, node in enumerate(nodes):

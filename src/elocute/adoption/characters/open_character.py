@@ -126,17 +126,9 @@ def _notes(name: str, mapping: Mapping, still: list[str], meshes: list[MorphMesh
 
 
 def character_head(character: Character) -> HeadModel:
-    """The built-in head as it stands for a character.
+    """The built-in head as it stands for a character, whose its curves and joints are.
 
-    Parameters
-    ----------
-    character : Character
-        The character.
-
-    Returns
-    -------
-    HeadModel
-        Without identities and look; its curves and joints are the character's.
+    It has neither identities nor a look.
     """
     head = load_builtin_head()
     return replace(

@@ -19,18 +19,7 @@ MEASURED = {True: "opened as far as its own mesh wants it", False: "no lips that
 
 
 def character_record(opened: OpenedCharacter) -> dict[str, Any]:
-    """The mapping of a character.
-
-    Parameters
-    ----------
-    opened : OpenedCharacter
-        From `open_character`.
-
-    Returns
-    -------
-    dict of str
-        Plain values: what JSON can hold.
-    """
+    """The mapping of a character as plain values, which JSON can hold."""
     character, mapping = opened.character, opened.mapping
     nodes = character.document.records("nodes")
     taken = {curve for control in character.controls for curve in control.looks}
@@ -53,17 +42,7 @@ def character_record(opened: OpenedCharacter) -> dict[str, Any]:
 
 
 def report_lines(record: dict[str, Any]) -> Iterable[str]:
-    """A record of a character as lines for people.
-
-    Parameters
-    ----------
-    record : dict of str
-        From `character_record`.
-
-    Yields
-    ------
-    str
-    """
+    """A record of `character_record` as lines for people."""
     meshes = ", ".join(f"{name} ({count} shapes)" for name, count in record["meshes"].items())
     yield _line("meshes", meshes)
     yield _line("mouth", record["mouth"])

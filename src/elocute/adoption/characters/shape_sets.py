@@ -293,13 +293,7 @@ _OTHER: dict[tuple[str, ...], Looks] = {
 
 
 def known_names() -> Iterator[Row]:
-    """Every spelling that is known.
-
-    Yields
-    ------
-    Row
-        Of two with the same words the first counts.
-    """
+    """Every spelling that is known; of two with the same words the first counts."""
     yield from _arkit()
     for name, own in OCULUS.items():
         yield f"viseme_{name}", "viseme", VISEME_SHAPES[own], False

@@ -18,23 +18,9 @@ _ABOVE = ("upper", "up", "top", "maxilla")
 def still_parts(
     document: GltfDocument, tree: NodeTree, moved: Iterable[int], turns: Iterable[Turn]
 ) -> list[str]:
-    """Meshes that are eyes, teeth or a tongue by their names, and stay as they are.
+    """Names of meshes that are eyes, teeth or a tongue by these, and stay as they are.
 
-    Parameters
-    ----------
-    document : GltfDocument
-        The file.
-    tree : NodeTree
-        Its nodes.
-    moved : iterable of int
-        Meshes whose shapes are moved.
-    turns : iterable of Turn
-        The joints that are turned.
-
-    Returns
-    -------
-    list of str
-        Their names, each once.
+    moved: meshes whose shapes are moved; turns: the joints that are turned.
     """
     moved, found = set(moved), []
     by_kind: dict[str, set[int]] = {"eye": set(), "jaw": set()}

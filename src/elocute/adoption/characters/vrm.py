@@ -70,18 +70,8 @@ class Vrm:
 
 
 def read_vrm(document: GltfDocument) -> Vrm | None:
-    """What a file says as a VRM.
-
-    Parameters
-    ----------
-    document : GltfDocument
-        Any glTF file.
-
-    Returns
-    -------
-    Vrm or None
-        None for a file that is no VRM. What points at nothing is left out.
-    """
+    """What a file says as a VRM; None for one that is no VRM. What points at nothing is left
+    out."""
     extensions = _record(document.record.get("extensions"))
     if "VRMC_vrm" in extensions:
         return _version_1(document, _record(extensions["VRMC_vrm"]))
