@@ -45,29 +45,14 @@ def lip_sides(graph: EdgeGraph, lines: dict[str, FaceLine]) -> Float64Array:
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """A place on a surface for each query point.
+    """A place on a surface for each query point."""
 
-    Attributes
-    ----------
-    corners
-        (query, 3) vertices of its triangle.
-    bary
-        (query, 3) barycentric coordinates.
-    points
-        (query, 3) m.
-    distance_m
-        (query,) how far it is.
-    facing
-        (query,) cosine between the two normals.
-    on_rim
-        (query,) whether it lies on the surface's rim, where the point may belong beyond it.
-    """
-
-    corners: IntArray
-    bary: Float64Array
-    points: Float64Array
-    distance_m: Float64Array
-    facing: Float64Array
+    corners: IntArray  # (query, 3) vertices of its triangle
+    bary: Float64Array  # (query, 3) barycentric coordinates
+    points: Float64Array  # (query, 3) m
+    distance_m: Float64Array  # (query,) how far it is
+    facing: Float64Array  # (query,) cosine between the two normals
+    # (query,) whether it lies on the surface's rim, where the point may belong beyond it
     on_rim: NDArray[np.bool_]
 
     def read(self, values: Float64Array) -> Float64Array:
@@ -83,21 +68,11 @@ class Places:
 
 @dataclass(frozen=True, eq=False)
 class LabelledSurface:
-    """A surface that can be asked for the place that belongs to a point.
+    """A surface that can be asked for the place that belongs to a point."""
 
-    Attributes
-    ----------
-    points
-        (vertex, 3) m.
-    triangles
-        (triangle, 3).
-    sides
-        (vertex,) as `lip_sides` gives them.
-    """
-
-    points: Float64Array
-    triangles: IntArray
-    sides: Float64Array
+    points: Float64Array  # (vertex, 3) m
+    triangles: IntArray  # (triangle, 3)
+    sides: Float64Array  # (vertex,) as `lip_sides` gives them
 
     @cached_property
     def normals(self) -> Float64Array:

@@ -19,14 +19,9 @@ from elocute.registration.template import Template
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """A head with landmarks, prepared for adoption.
+    """A head with landmarks, prepared for adoption."""
 
-    Attributes
-    ----------
-    head
-        It has landmarks; where it names no lips, their lines are found through the landmarks.
-    """
-
+    # it has landmarks; where it names no lips, their lines are found through the landmarks
     head: HeadModel
 
     def __post_init__(self) -> None:

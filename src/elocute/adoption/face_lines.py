@@ -38,24 +38,13 @@ MIDDLES = {"outer_upper": 51, "outer_lower": 57, "inner_upper": 62, "inner_lower
 
 @dataclass(frozen=True, eq=False)
 class FaceLine:
-    """A line of vertices, with the shares of the way from corner to corner at which they lie.
+    """A line of vertices, with the shares of the way from corner to corner at which they lie."""
 
-    Attributes
-    ----------
-    vertices
-        (place,) vertices, by increasing share.
-    shares
-        (place,) 0 to 1 along the line from corner to corner; a lip's middle is at one half.
-    corners
-        (2, 3) m, where the line ends; not always vertices.
-    template
-        (vertex, 3) m of the mesh.
-    """
-
-    vertices: Indices
+    vertices: Indices  # (place,) vertices, by increasing share
+    # (place,) 0 to 1 along the line from corner to corner; a lip's middle is at one half
     shares: Float64Array
-    corners: Float64Array
-    template: Float64Array
+    corners: Float64Array  # (2, 3) m, where the line ends; not always vertices
+    template: Float64Array  # (vertex, 3) m of the mesh
 
     @cached_property
     def _knots(self) -> tuple[Float64Array, Float64Array]:

@@ -16,18 +16,10 @@ from elocute.errors import HeadError
 
 @dataclass(frozen=True, eq=False)
 class EdgeGraph:
-    """The edges of a mesh with their lengths.
+    """The edges of a mesh with their lengths."""
 
-    Attributes
-    ----------
-    points
-        (vertex, 3) m.
-    triangles
-        (triangle, 3).
-    """
-
-    points: Float64Array
-    triangles: IntArray
+    points: Float64Array  # (vertex, 3) m
+    triangles: IntArray  # (triangle, 3)
 
     @cached_property
     def edges(self) -> NDArray[np.intp]:

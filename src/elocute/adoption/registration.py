@@ -42,21 +42,11 @@ LANDMARK_WEIGHTS = (
 
 @dataclass(frozen=True, eq=False)
 class Guides:
-    """Vertices of the source, and where they belong on the target.
+    """Vertices of the source, and where they belong on the target."""
 
-    Attributes
-    ----------
-    vertices
-        (guide,) of the source.
-    places
-        (guide, 3) m, on the target.
-    weights
-        (guide,) how much each counts.
-    """
-
-    vertices: NDArray[np.intp]
-    places: Float64Array
-    weights: Float64Array
+    vertices: NDArray[np.intp]  # (guide,) of the source
+    places: Float64Array  # (guide, 3) m, on the target
+    weights: Float64Array  # (guide,) how much each counts
 
 
 def guides_between(source: Face, target: Face) -> Guides:

@@ -36,24 +36,13 @@ SIDES = ("right", "left")
 
 @dataclass(frozen=True, eq=False)
 class Ties:
-    """Pairs of places on a face that meet: one vertex, and a place on the line opposite.
+    """Pairs of places on a face that meet: one vertex, and a place on the line opposite."""
 
-    Attributes
-    ----------
-    vertices
-        (pair, 3): the vertex, then the two vertices between which its opposite lies.
-    mixes
-        (pair, 3): 1, then minus their weights.
-    shares
-        (pair,) where along the line.
-    upward
-        (pair,) 1 where the vertex is on the upper line, -1 on the lower one.
-    """
-
+    # (pair, 3) the vertex, then the two vertices between which its opposite lies
     vertices: NDArray[np.intp]
-    mixes: Float64Array
-    shares: Float64Array
-    upward: Float64Array
+    mixes: Float64Array  # (pair, 3) 1, then minus their weights
+    shares: Float64Array  # (pair,) where along the line
+    upward: Float64Array  # (pair,) 1 where the vertex is on the upper line, -1 on the lower one
 
     def apart(self, values: Float64Array) -> Float64Array:
         """(..., pair, 3): how far upper places are from lower ones, of vectors (..., vertex, 3)."""
@@ -90,21 +79,11 @@ def apart_on(
 
 @dataclass(frozen=True, eq=False)
 class Transfer:
-    """Everything between two faces that all shapes share.
-
-    Attributes
-    ----------
-    source, target
-        The two faces.
-    laid
-        (vertex, 3) m of the source, laid over the target.
-    similar
-        The similarity underneath.
-    """
+    """Everything between two faces that all shapes share."""
 
     source: Face
     target: Face
-    laid: Float64Array
+    laid: Float64Array  # (vertex, 3) m of the source, laid over the target
     similar: Similarity
 
     @cached_property

@@ -33,20 +33,11 @@ FLAT = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class _Move:
-    """What becomes of one primitive's vertices, in its own space.
-
-    Attributes
-    ----------
-    origin : PartOrigin
-        Which vertices.
-    closing : (vertex, 3) float64
-        What brings its lips together.
-    shapes, turns : (52, vertex, 3) float64
-        Displacements, and changes of the unit normals; zero where there are none.
-    """
+    """What becomes of one primitive's vertices, in its own space."""
 
     origin: PartOrigin
-    closing: Float64Array
+    closing: Float64Array  # (vertex, 3) what brings its lips together
+    # (52, vertex, 3) displacements, and changes of the unit normals; zero where there are none
     shapes: Float64Array
     turns: Float64Array
 

@@ -29,23 +29,13 @@ OVERRIDDEN: dict[str, Callable[[str], bool]] = {
 
 @dataclass(frozen=True, eq=False)
 class CharacterMotion:
-    """What moves in a character's file.
+    """What moves in a character's file."""
 
-    Attributes
-    ----------
-    weights : dict of int to (frame, target) float32
-        Of the morph targets, by node.
-    turns : dict of int to (frame, 4) float32
-        Quaternions xyzw of joints that turn, by node, in place of their rest.
-    controls : dict of str to (frame,) float32
-        Weights of the controls, by name.
-    residual_mm : dict of str to float
-        How far a fitted mouth is from the motion, in the built-in head's size; {} without one.
-    """
-
-    weights: dict[int, Float32Array]
+    weights: dict[int, Float32Array]  # (frame, target) of the morph targets, by node
+    # (frame, 4) quaternions xyzw of joints that turn, by node, in place of their rest
     turns: dict[int, Float32Array]
-    controls: dict[str, Float32Array]
+    controls: dict[str, Float32Array]  # (frame,) weights of the controls, by name
+    # how far a fitted mouth is from the motion, in the built-in head's size; {} without one
     residual_mm: dict[str, float]
 
 

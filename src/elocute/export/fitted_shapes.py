@@ -35,31 +35,17 @@ LEFT_OUT = 0.01
 
 @dataclass(frozen=True, eq=False)
 class FittedShapes:
-    """Targets that stand for the shapes of a head, though none of them is one.
+    """Targets that stand for the shapes of a head, though none of them is one."""
 
-    Parameters
-    ----------
-    names : tuple of str
-        One per target.
-    basis : (target, vertex, 3) float32
-        Metres at weight one.
-    looks : (target, component) float32
-        What each does at weight one, as weights of the head's shapes.
-    fitted : tuple of str
-        Those that the mouth is fitted with.
-    shared : dict of str to tuple of str
-        Those whose weight is the mean of some of the head's shapes. All others rest, but for
-        `silent`.
-    silent : str
-        The one that has what the fitted ones leave to one; "" for none.
-    """
-
-    names: tuple[str, ...]
-    basis: Float32Array
+    names: tuple[str, ...]  # one per target
+    basis: Float32Array  # (target, vertex, 3) metres at weight one
+    # (target, component) what each does at weight one, as weights of the head's shapes
     looks: Float32Array
-    fitted: tuple[str, ...]
+    fitted: tuple[str, ...]  # those that the mouth is fitted with
+    # those whose weight is the mean of some of the head's shapes. All others rest, but for
+    # `silent`.
     shared: dict[str, tuple[str, ...]]
-    silent: str = ""
+    silent: str = ""  # the one that has what the fitted ones leave to one; "" for none
     _known: dict[int, tuple[Motion, ControlFit]] = field(default_factory=dict, repr=False)
 
     def weights(self, motion: Motion) -> Float32Array:

@@ -18,14 +18,9 @@ INDEX_MAX = 65534
 
 @dataclass
 class GltfFile:
-    """JSON and buffer of a glTF 2.0 file.
+    """JSON and buffer of a glTF 2.0 file."""
 
-    Attributes
-    ----------
-    json : dict
-        The records, by the names of the specification; empty lists are left out of the file.
-    """
-
+    # the records, by the names of the specification; empty lists are left out of the file
     json: dict[str, Any] = field(default_factory=lambda: _empty_json())
     _chunks: list[bytes] = field(default_factory=list)
     _still: dict[tuple[int, bool], int] = field(default_factory=dict)

@@ -17,41 +17,26 @@ CLAMP = {"wrapS": 33071, "wrapT": 33071}  # or roots of strands show behind thei
 
 @dataclass(frozen=True)
 class Finish:
-    """How light meets a material, beside its images.
+    """How light meets a material, beside its images."""
 
-    Parameters
-    ----------
-    roughness : float
-        Where no surface says it.
-    specular : float
-        Strength of the reflection at right angles; 1 is that of glass, a twenty-fifth of the
-        light. Inside the mouth it is low: image-based light shines there as if nothing were in
-        its way, and teeth turn to chrome.
-    clearcoat : float
-        Strength of a smooth layer above, 0 to 1: the tears on an eye.
-    both_sides : bool
-        Whether the far side of its faces is seen, where no surface says it.
-    kept : (3,) tuple of float
-        Share of its red, green and blue. Lids and lips shade eyes and teeth from light of all
-        sides, which other programs do not draw: they glow; teeth, lit by flesh, would be blue.
-    relief : float
-        Share of the slope of its normal map. Light that scatters in skin sees blunter normals than
-        what it mirrors; other programs have one normal for both, and skin turns to leather.
-    least_roughness : float
-        Of its surface too. Strands shine across their direction, which other programs do not draw:
-        with the round shine that these have, smooth hair is plastic.
-    lifted : float
-        The power of its surface's colour; less than 1 lightens what is dark, and only that. Curls
-        that only their shine tells apart are a black helmet without it.
-    """
-
-    roughness: float = 0.5
+    roughness: float = 0.5  # where no surface says it
+    # strength of the reflection at right angles; 1 is that of glass, a twenty-fifth of the light.
+    # Inside the mouth it is low: image-based light shines there as if nothing were in its way, and
+    # teeth turn to chrome.
     specular: float = 0.7
-    clearcoat: float = 0.0
-    both_sides: bool = False
+    clearcoat: float = 0.0  # strength of a smooth layer above, 0 to 1: the tears on an eye
+    both_sides: bool = False  # whether the far side of its faces is seen, where no surface says it
+    # share of its red, green and blue. Lids and lips shade eyes and teeth from light of all sides,
+    # which other programs do not draw: they glow; teeth, lit by flesh, would be blue.
     kept: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    # share of the slope of its normal map. Light that scatters in skin sees blunter normals than
+    # what it mirrors; other programs have one normal for both, and skin turns to leather.
     relief: float = 1.0
+    # of its surface too. Strands shine across their direction, which other programs do not draw:
+    # with the round shine that these have, smooth hair is plastic.
     least_roughness: float = 0.0
+    # the power of its surface's colour; less than 1 lightens what is dark, and only that. Curls
+    # that only their shine tells apart are a black helmet without it.
     lifted: float = 1.0
 
 
@@ -74,18 +59,10 @@ CLEARCOAT_ROUGHNESS = 0.03
 
 @dataclass(frozen=True)
 class MaterialIndices:
-    """The records of one material: its faces are drawn once with each.
+    """The records of one material: its faces are drawn once with each."""
 
-    Parameters
-    ----------
-    indices : tuple of int
-        Into the file's materials.
-    images : dict of str
-        What became of its images, for the report.
-    """
-
-    indices: tuple[int, ...]
-    images: dict[str, dict[str, Any]]
+    indices: tuple[int, ...]  # into the file's materials
+    images: dict[str, dict[str, Any]]  # what became of its images, for the report
 
 
 def add_materials(file: GltfFile, head: HeadModel, *, folds: bool = False) -> list[MaterialIndices]:

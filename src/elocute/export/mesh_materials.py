@@ -15,21 +15,11 @@ from elocute.render.portable_pictures import PortablePicture, portable_picture
 
 @dataclass(frozen=True, eq=False)
 class MeshMaterials:
-    """The materials of a head that has images.
+    """The materials of a head that has images."""
 
-    Parameters
-    ----------
-    head : HeadModel
-        Whose they are.
-    tag : str
-        Begins the name of each file.
-    colors, normals : dict of str to PortablePicture
-        By material; only of those that have one.
-    """
-
-    head: HeadModel
-    tag: str
-    colors: dict[str, PortablePicture]
+    head: HeadModel  # whose they are
+    tag: str  # begins the name of each file
+    colors: dict[str, PortablePicture]  # by material; only of those that have one
     normals: dict[str, PortablePicture]
 
     @property

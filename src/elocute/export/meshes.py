@@ -21,17 +21,11 @@ BLOCK = 120
 
 @dataclass(frozen=True, eq=False)
 class MeshWriter:
-    """What makes the mesh files of one head.
+    """What makes the mesh files of one head."""
 
-    Parameters
-    ----------
-    mesh : callable
-        The bytes of a file of vertices (vertex, 3) float32 m.
-    beside : dict of str to bytes
-        What these files name and need beside them, by file name: materials and images.
-    """
-
+    # the bytes of a file of vertices (vertex, 3) float32 m
     mesh: Callable[[NDArray[np.float32]], bytes]
+    # what these files name and need beside them, by file name: materials and images
     beside: dict[str, bytes]
 
     def write_beside(self, folder: Path) -> None:

@@ -30,24 +30,15 @@ WAITING = 8  # frames between drawing and encoding
 
 @dataclass(frozen=True)
 class Coding:
-    """How a format of video is coded.
+    """How a format of video is coded."""
 
-    Parameters
-    ----------
-    container, video, pixels, audio : str
-        FFmpeg's names of the container, the codec, its pixels, and the codec of the sound.
-    options : dict of str
-        Of the codec of the picture.
-    audio_bits : int
-        A second of sound; 0 where the codec knows.
-    """
-
+    # FFmpeg's names of the container, the codec, its pixels, and the codec of the sound
     container: str
     video: str
     pixels: str
     audio: str
-    options: dict[str, str]
-    audio_bits: int = 0
+    options: dict[str, str]  # of the codec of the picture
+    audio_bits: int = 0  # a second of sound; 0 where the codec knows
 
 
 # Visually lossless for a face on a plain ground.

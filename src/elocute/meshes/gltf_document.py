@@ -28,27 +28,13 @@ _HEADER, _CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
 
 @dataclass(frozen=True, eq=False)
 class GltfDocument:
-    """A glTF file, checked.
-
-    Attributes
-    ----------
-    data : bytes
-        The file.
-    text : str
-        Its JSON, letter by letter.
-    record : dict
-        The JSON read.
-    binary : bytes-like or None
-        The binary chunk with its padding.
-    others : tuple of (bytes, bytes-like)
-        Kind and content of further chunks.
-    """
+    """A glTF file, checked."""
 
     data: bytes
-    text: str
-    record: dict[str, Any]
-    binary: memoryview | None
-    others: tuple[tuple[bytes, memoryview], ...] = ()
+    text: str  # its JSON, letter by letter
+    record: dict[str, Any]  # the JSON read
+    binary: memoryview | None  # the binary chunk with its padding
+    others: tuple[tuple[bytes, memoryview], ...] = ()  # kind and content of further chunks
 
     def records(self, name: str) -> list[dict[str, Any]]:
         """The records of one kind, such as "nodes"; [] where there are none."""

@@ -41,28 +41,14 @@ SHIFTS = ("-s", "-o", "-t")
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """How a material looks.
+    """How a material looks."""
 
-    Attributes
-    ----------
-    name : str
-        Of the material, or the file.
-    color : (3,) of 0 to 255, or None
-        sRGB; None where nothing says one.
-    picture : PIL.Image.Image or None
-        In RGB or RGBA.
-    scale, offset : (2,)
-        A place in the picture is `scale · uv + offset`.
-    opacity : str
-        As for `MeshPart`.
-    """
-
-    name: str
-    color: Any = None
-    picture: Any = None
-    scale: tuple[float, float] = (1.0, 1.0)
+    name: str  # of the material, or the file
+    color: Any = None  # (3,) sRGB, 0 to 255; None where nothing says one
+    picture: Any = None  # in RGB or RGBA
+    scale: tuple[float, float] = (1.0, 1.0)  # a place in the picture is `scale · uv + offset`
     offset: tuple[float, float] = (0.0, 0.0)
-    opacity: str = "opaque"
+    opacity: str = "opaque"  # as for `MeshPart`
 
 
 @dataclass(frozen=True)

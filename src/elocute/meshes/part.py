@@ -17,63 +17,31 @@ ALPHA_MODES = {"MASK": "cutout", "BLEND": "blend"}
 
 @dataclass(frozen=True, eq=False)
 class PartOrigin:
-    """Where a part of a glTF file comes from.
-
-    Attributes
-    ----------
-    node, mesh, primitive : int
-        Their numbers in the file; the primitive's in its mesh.
-    rows : (vertex,) int64
-        Which of the primitive's vertices these are.
-    count : int
-        Vertices of the primitive.
-    linear : (vertex, 3, 3) float64
-        From the primitive's own space to the scene's, at rest, shifts left out.
-    """
+    """Where a part of a glTF file comes from."""
 
     node: int
     mesh: int
-    primitive: int
-    rows: NDArray[np.int64]
-    count: int
+    primitive: int  # its number in the mesh
+    rows: NDArray[np.int64]  # (vertex,) which of the primitive's vertices these are
+    count: int  # vertices of the primitive
+    # (vertex, 3, 3) from the primitive's own space to the scene's, at rest, shifts left out
     linear: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class MeshPart:
-    """Triangles of one material.
+    """Triangles of one material."""
 
-    Attributes
-    ----------
-    name : str
-        Of the mesh, or of its material.
-    vertices : (vertex, 3) float64
-        In the file's unit, where its scene puts them.
-    triangles : (face, 3) int64
-        Corners.
-    uv : (vertex, 2) float64 or None
-        Places in the picture, v upwards.
-    picture : PIL.Image.Image or None
-        The colour, in RGB or RGBA, of at most 2048 pixels a side.
-    colors : (vertex, 3) uint8
-        sRGB of the vertices, else of the material, else grey; a picture stands in for it.
-    coloured : bool
-        Whether the file says a colour.
-    opacity : str
-        "opaque", "cutout" or "blend".
-    origin : PartOrigin or None
-        Where in a glTF file it is.
-    """
-
-    name: str
-    vertices: NDArray[np.float64]
-    triangles: NDArray[np.int64]
-    uv: NDArray[np.float64] | None
-    picture: Any
+    name: str  # of the mesh, or of its material
+    vertices: NDArray[np.float64]  # (vertex, 3) in the file's unit, where its scene puts them
+    triangles: NDArray[np.int64]  # (face, 3) corners
+    uv: NDArray[np.float64] | None  # (vertex, 2) places in the picture, v upwards
+    picture: Any  # the colour, in RGB or RGBA, of at most 2048 pixels a side
+    # (vertex, 3) sRGB of the vertices, else of the material, else grey; a picture stands in for it
     colors: NDArray[np.uint8]
-    coloured: bool
-    opacity: str
-    origin: PartOrigin | None = None
+    coloured: bool  # whether the file says a colour
+    opacity: str  # "opaque", "cutout" or "blend"
+    origin: PartOrigin | None = None  # where in a glTF file it is
 
 
 def drawn_picture(image: Any, mode: Any) -> tuple[Any, str]:

@@ -24,39 +24,19 @@ BRIGHT_SHARE = 0.99
 
 @dataclass(frozen=True, eq=False)
 class PolygonMesh:
-    """Polygons in the order of a file.
+    """Polygons in the order of a file."""
 
-    Attributes
-    ----------
-    vertices : (vertex, 3) float64
-        In the file's unit.
-    colors : (vertex, 3) uint8 or None
-        sRGB.
-    corners : (corner,) int64
-        Vertices of the polygons, one polygon after the other; all of them are there.
-    sizes : (face,) int64
-        Corners of each polygon.
-    uv : (place, 2) float64
-        Places in a picture, v upwards.
-    places : (corner,) int64
-        Rows of `uv`; -1 for a corner without one.
-    materials : (face,) int64
-        Rows of `material_names`; -1 for a face without one.
-    material_names : tuple of str
-        Names in material files; of a .ply, the names of pictures.
-    libraries : tuple of str
-        What the file names as its material files.
-    """
-
-    vertices: NDArray[np.float64]
-    colors: NDArray[np.uint8] | None
+    vertices: NDArray[np.float64]  # (vertex, 3) in the file's unit
+    colors: NDArray[np.uint8] | None  # (vertex, 3) sRGB
+    # (corner,) vertices of the polygons, one polygon after the other; all of them are there
     corners: NDArray[np.int64]
-    sizes: NDArray[np.int64]
-    uv: NDArray[np.float64]
-    places: NDArray[np.int64]
-    materials: NDArray[np.int64]
+    sizes: NDArray[np.int64]  # (face,) corners of each polygon
+    uv: NDArray[np.float64]  # (place, 2) places in a picture, v upwards
+    places: NDArray[np.int64]  # (corner,) rows of `uv`; -1 for a corner without one
+    materials: NDArray[np.int64]  # (face,) rows of `material_names`; -1 for a face without one
+    # names in material files; of a .ply, the names of pictures
     material_names: tuple[str, ...] = ()
-    libraries: tuple[str, ...] = ()
+    libraries: tuple[str, ...] = ()  # what the file names as its material files
 
     @property
     def triangles(self) -> NDArray[np.int64]:

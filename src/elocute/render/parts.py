@@ -29,27 +29,13 @@ EXPOSURE_RANGE = (0.9, 1.75)
 
 @dataclass(frozen=True)
 class Part:
-    """The faces of one material.
-
-    Parameters
-    ----------
-    name : str
-        The material.
-    triangles : (triangle, 3) int32
-        Indices into the split vertices.
-    finish : Finish
-        How light meets it.
-    surface : Surface
-        Its settings; the images are decoded below.
-    color, normal, roughness, folds : Image or None
-        Decoded; None where the surface has none.
-    """
+    """The faces of one material."""
 
     name: str
-    triangles: NDArray[np.int32]
-    finish: Finish
-    surface: Surface
-    color: Image | None
+    triangles: NDArray[np.int32]  # (triangle, 3) indices into the split vertices
+    finish: Finish  # how light meets it
+    surface: Surface  # its settings; the images are decoded below
+    color: Image | None  # decoded; None where the surface has none
     normal: Image | None
     roughness: Image | None
     folds: Image | None

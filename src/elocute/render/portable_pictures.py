@@ -18,24 +18,12 @@ COLOR_ERROR = 2  # of 255, between the channels of a grey picture that was coded
 
 @dataclass(frozen=True)
 class PortablePicture:
-    """An encoded picture.
-
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    media : str
-        "image/png" or "image/jpeg".
-    size : (int, int)
-        Width and height, pixels.
-    made_from : str
-        The format that it was encoded anew from; empty where it is as it was.
-    """
+    """An encoded picture."""
 
     data: bytes
-    media: str
-    size: tuple[int, int]
-    made_from: str = ""
+    media: str  # "image/png" or "image/jpeg"
+    size: tuple[int, int]  # width and height, pixels
+    made_from: str = ""  # the format that it was encoded anew from; empty where it is as it was
 
     @property
     def suffix(self) -> str:

@@ -20,21 +20,11 @@ PAIRS_MAX = 2000
 
 @dataclass(frozen=True)
 class HeadPart:
-    """A mesh where it hangs.
-
-    Attributes
-    ----------
-    node : int
-        The node.
-    mesh : MorphMesh
-        Its mesh.
-    speaks : bool
-        Whether the mesh has shapes of a mouth.
-    """
+    """A mesh where it hangs."""
 
     node: int
     mesh: MorphMesh
-    speaks: bool
+    speaks: bool  # whether the mesh has shapes of a mouth
 
 
 def choose_head(

@@ -51,58 +51,29 @@ _GAZE_DEG = {  # nod and turn for a degree of gaze; a left eye looks out to the 
 
 @dataclass(frozen=True)
 class Candidate:
-    """Morph targets that do the same, wherever they are.
+    """Morph targets that do the same, wherever they are."""
 
-    Attributes
-    ----------
-    name : str
-        As the file has it.
-    meaning : Meaning
-        What they do.
-    binds : tuple of (int, int, float)
-        Mesh, target, weight.
-    still : bool
-        Whether all are known to move nothing.
-    switch : bool
-        Whether it is only ever off or on.
-    overrides : dict of str to str
-        What it takes away of others.
-    """
-
-    name: str
-    meaning: Meaning
-    binds: tuple[tuple[int, int, float], ...]
-    still: bool = False
-    switch: bool = False
-    overrides: dict[str, str] = field(default_factory=dict)
+    name: str  # as the file has it
+    meaning: Meaning  # what they do
+    binds: tuple[tuple[int, int, float], ...]  # mesh, target, weight
+    still: bool = False  # whether all are known to move nothing
+    switch: bool = False  # whether it is only ever off or on
+    overrides: dict[str, str] = field(default_factory=dict)  # what it takes away of others
 
 
 @dataclass
 class Mapping:
-    """What takes what, and what is left.
+    """What takes what, and what is left."""
 
-    Attributes
-    ----------
-    controls, turns
-        Of the character.
-    mouth : str
-        "direct", "fitted" or "none".
-    idle : dict of str
-        Why a name that is known takes nothing.
-    unknown : dict of str
-        The nearest known name, "" for none, by a name that is not known.
-    of_mouth : list of str
-        Names that are not known and look like a mouth's.
-    twice : list of str
-        Names of targets that are there again and left out, since they move the same.
-    """
-
-    controls: list[Control] = field(default_factory=list)
+    controls: list[Control] = field(default_factory=list)  # of the character
     turns: list[Turn] = field(default_factory=list)
-    mouth: str = "none"
-    idle: dict[str, str] = field(default_factory=dict)
+    mouth: str = "none"  # "direct", "fitted" or "none"
+    idle: dict[str, str] = field(default_factory=dict)  # why a name that is known takes nothing
+    # the nearest known name, "" for none, by a name that is not known
     unknown: dict[str, str] = field(default_factory=dict)
+    # names that are not known and look like a mouth's
     of_mouth: list[str] = field(default_factory=list)
+    # names of targets that are there again and left out, since they move the same
     twice: list[str] = field(default_factory=list)
 
 

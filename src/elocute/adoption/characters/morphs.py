@@ -17,33 +17,16 @@ BASIS = frozenset({"basis", "base", "neutral", "default", "rest", "original", "å
 
 @dataclass(frozen=True)
 class MorphMesh:
-    """A mesh that can change its shape.
+    """A mesh that can change its shape."""
 
-    Attributes
-    ----------
-    mesh : int
-        Its number in the file.
-    name : str
-        What messages call it.
-    nodes : tuple of int
-        Where it hangs.
-    targets : tuple of str
-        Names of its morph targets; "" for one without a name.
-    still : tuple of bool
-        Which of them are known to move nothing.
-    twins : tuple of int
-        For each of them the first that is called the same and moves the same, often itself.
-    note : str
-        What to know of their names; "" for nothing.
-    """
-
-    mesh: int
-    name: str
-    nodes: tuple[int, ...]
-    targets: tuple[str, ...]
-    still: tuple[bool, ...]
+    mesh: int  # its number in the file
+    name: str  # what messages call it
+    nodes: tuple[int, ...]  # where it hangs
+    targets: tuple[str, ...]  # names of its morph targets; "" for one without a name
+    still: tuple[bool, ...]  # which of them are known to move nothing
+    # for each of them the first that is called the same and moves the same, often itself
     twins: tuple[int, ...]
-    note: str = ""
+    note: str = ""  # what to know of their names; "" for nothing
 
 
 def morph_meshes(document: GltfDocument) -> list[MorphMesh]:

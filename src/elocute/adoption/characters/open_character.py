@@ -27,24 +27,12 @@ REMEDY = "export it with its shape keys, named as ARKit, Oculus or VRM names the
 
 @dataclass(frozen=True, eq=False)
 class OpenedCharacter:
-    """A character and how it was understood.
+    """A character and how it was understood."""
 
-    Attributes
-    ----------
-    character : Character
-        Ready to be moved.
-    mapping : Mapping
-        What takes what, and what is left.
-    meshes : tuple of MorphMesh
-        The meshes of its head.
-    still : tuple of str
-        Eyes, teeth and tongues that nothing moves.
-    """
-
-    character: Character
-    mapping: Mapping
-    meshes: tuple[MorphMesh, ...]
-    still: tuple[str, ...] = ()
+    character: Character  # ready to be moved
+    mapping: Mapping  # what takes what, and what is left
+    meshes: tuple[MorphMesh, ...]  # the meshes of its head
+    still: tuple[str, ...] = ()  # eyes, teeth and tongues that nothing moves
 
 
 def open_character(path: str | Path, mesh: str | None = None) -> OpenedCharacter:

@@ -43,21 +43,11 @@ SHORT = 4
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a name stands for.
+    """What a name stands for."""
 
-    Attributes
-    ----------
-    family : str
-        Whose name it is: "arkit", "viseme", "vrm", "cc", "facs", "other".
-    looks : dict of str to float
-        Weights of the built-in head's curves.
-    part : bool
-        Whether it is one of several targets that make up the shape together.
-    """
-
-    family: str
-    looks: dict[str, float]
-    part: bool = False
+    family: str  # whose name it is: "arkit", "viseme", "vrm", "cc", "facs", "other"
+    looks: dict[str, float]  # weights of the built-in head's curves
+    part: bool = False  # whether it is one of several targets that make up the shape together
 
     @property
     def key(self) -> str:
