@@ -24,7 +24,7 @@ from elocute.articulation.style import STYLES
 from elocute.audio.waveform import Waveform
 from elocute.capture.settings import FaceRichness
 from elocute.capture.simulation.rich_faces.rich_face import RichFace, RichTake
-from elocute.export.contact_sheet import contact_sheet
+from elocute.export.pictures import contact_sheet
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel

@@ -24,7 +24,7 @@ from elocute.capture.settings import Scanner
 from elocute.capture.simulation.rich_faces.rich_face import take_from_sound
 from elocute.capture.simulation.scan_simulator import ScanSimulator
 from elocute.corpus.corpus_store import open_corpus
-from elocute.export.contact_sheet import contact_sheet
+from elocute.export.pictures import contact_sheet
 from elocute.head.builtin import load_builtin_head
 from elocute.head.looks import dress, face_look
 from elocute.head.mesh import head_from_arrays

@@ -17,10 +17,9 @@ from elocute.array_types import Float64Array
 from elocute.errors import HeadError
 from elocute.head.normals import morphed_normals
 from elocute.meshes.draco_gltf import has_draco
-from elocute.meshes.gltf_additions import GltfAdditions
+from elocute.meshes.gltf_additions import GltfAdditions, with_value
 from elocute.meshes.gltf_arrays import GltfArrays
 from elocute.meshes.gltf_document import GltfDocument
-from elocute.meshes.json_splices import with_value
 from elocute.meshes.part import MeshPart, PartOrigin
 from elocute.motion.curves import ARKIT_NAMES
 

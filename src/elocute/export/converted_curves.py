@@ -11,8 +11,7 @@ from typing import Any
 from elocute.array_types import Float64Array
 from elocute.errors import OutputError
 from elocute.export.curves_json import FORMAT, VERSION
-from elocute.export.fitted_shapes import farthest_mm
-from elocute.export.shape_profiles import target_shapes
+from elocute.export.shape_profiles import farthest_mm, target_shapes
 from elocute.files.atomic import write_atomically
 from elocute.motion.curves import Curves
 from elocute.motion.motion import Motion

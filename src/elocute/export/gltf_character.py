@@ -16,10 +16,9 @@ from elocute.errors import OutputError
 from elocute.export.character_weights import CharacterMotion, character_motion, told
 from elocute.export.soundtrack import Sound, pack_sound
 from elocute.head.character import Character
-from elocute.meshes.gltf_additions import GltfAdditions
+from elocute.meshes.gltf_additions import GltfAdditions, with_items, with_value
 from elocute.meshes.gltf_document import GltfDocument
 from elocute.meshes.gltf_nodes import without_matrix
-from elocute.meshes.json_splices import with_items, with_value
 from elocute.motion.motion import Motion
 
 NAME = "speech"

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import OutputError
-from elocute.export.contact_sheet import COLUMNS, contact_sheet
 from elocute.export.meshes import MESH_FORMATS
+from elocute.export.pictures import COLUMNS, contact_sheet
 from elocute.files.atomic import check_output, write_atomically, write_folder_atomically
 from elocute.head.looks.dressing import dress, wearable
 from elocute.head.looks.people import identity_look

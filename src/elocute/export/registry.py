@@ -84,7 +84,7 @@ WRITERS: dict[str, Format] = {
     ".npy": Format("meshes", "write_npy", has_mesh=True),
     ".obj": Format("meshes", "write_obj", has_mesh=True),
     ".ply": Format("meshes", "write_ply", has_mesh=True),
-    ".png": Format("contact_sheet", "write_png", PictureOptions, has_alpha=True, has_mesh=True),
+    ".png": Format("pictures", "write_png", PictureOptions, has_alpha=True, has_mesh=True),
 }
 SHAPE_OPTIONS = ("profile", "visemes")
 """Options that say which shapes a file has."""

@@ -23,8 +23,8 @@ from elocute.export.pictures import open_pictures
 from elocute.export.soundtrack import RATE, Sound, sound_blocks
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
-from elocute.render.alpha import spread_colours
 
+ALPHA_CELL = 8  # pixels a side
 WAITING = 8  # frames between drawing and encoding
 
 
@@ -219,3 +219,35 @@ class _Encoder:
         self._end_sound()
         for packet in self._video.encode(None):
             self._file.mux(packet)
+
+
+def spread_colours(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """sRGB with straight alpha whose transparent pixels have the colour of what lies next to them.
+
+    Codecs keep colours at half the size and blur them over edges: black beside hair would show as a
+    dark seam wherever the video is laid over something light.
+
+    Parameters
+    ----------
+    picture : (height, width, 4) uint8
+
+    Returns
+    -------
+    (height, width, 4) uint8
+    """
+    height, width = picture.shape[:2]
+    rows, columns = -(-height // ALPHA_CELL), -(-width // ALPHA_CELL)
+    padded = np.zeros((rows * ALPHA_CELL, columns * ALPHA_CELL, 4), np.float32)
+    padded[:height, :width] = picture
+    padded[..., :3] *= padded[..., 3:]
+    sums = padded.reshape(rows, ALPHA_CELL, columns, ALPHA_CELL, 4).sum(axis=(1, 3))
+    near = np.pad(sums, ((1, 1), (1, 1), (0, 0)))
+    nine = [near[d : d + rows, r : r + columns] for d in range(3) for r in range(3)]
+    around = np.sum(nine, axis=0)
+    colours = around[..., :3] / np.maximum(around[..., 3:], 1)
+    cells = np.clip(colours + 0.5, 0, 255).astype(np.uint8)
+    fill = cells.repeat(ALPHA_CELL, axis=0).repeat(ALPHA_CELL, axis=1)[:height, :width]
+    spread = picture.copy()
+    empty = picture[..., 3] == 0
+    spread[empty, :3] = fill[empty]
+    return spread

@@ -16,7 +16,7 @@ from elocute.export.gltf import joint_nodes
 from elocute.export.gltf_file import FLOAT, GltfFile
 from elocute.export.options import VrmaOptions
 from elocute.export.shape_profiles import Targets, target_shapes
-from elocute.export.vrm_body import add_body, bone_joints, standing
+from elocute.export.vrm import add_body, bone_joints, standing
 from elocute.files.atomic import write_atomically
 from elocute.head.gaze import gaze_reach
 from elocute.head.preset_shapes import VRM_GAZE

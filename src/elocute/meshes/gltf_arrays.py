@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.meshes import meshopt
-from elocute.meshes.gltf_checks import WIDTHS
-from elocute.meshes.gltf_document import GltfDocument
+from elocute.meshes.gltf_document import WIDTHS, GltfDocument
 
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}

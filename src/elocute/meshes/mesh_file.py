@@ -1,10 +1,13 @@
-"""Reads mesh files as polygons, and sizes of pictures before they are decoded."""
+"""Reads mesh files as polygons, .stl here, and sizes of pictures before they are decoded."""
 
 from __future__ import annotations
 
 import io
+import re
 import warnings
 from pathlib import Path
+
+import numpy as np
 
 from elocute.errors import InputError
 from elocute.files.reading import bytes_text, read_bytes
@@ -12,11 +15,12 @@ from elocute.files.unpacked_size import unpacked_limit
 from elocute.meshes.obj_mesh import parse_obj
 from elocute.meshes.ply_mesh import parse_ply
 from elocute.meshes.polygon_mesh import PolygonMesh, checked_mesh
-from elocute.meshes.stl_mesh import parse_stl
 
+HEAD_BYTES = 84
+RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+CORNER = re.compile(rb"(?i)vertex\s+(\S+)\s+(\S+)\s+(\S+)")
 SUFFIXES = (".obj", ".ply")
 """Meshes in which the order of vertices may be a known one."""
-PARSERS = {".obj": parse_obj, ".ply": parse_ply, ".stl": parse_stl}
 PICTURE_FORMATS = ("PNG", "JPEG", "BMP", "TIFF", "WEBP", "TGA")
 UNPACKED_MIN_BYTES = 4 * 4096 * 4096
 """A picture may unpack to this much, however small its file is."""
@@ -67,3 +71,31 @@ def check_picture(
             allowed=f"up to {bytes_text(limit)} unpacked",
         )
     return width, height
+
+
+def parse_stl(data: bytes, path: Path, error: type[InputError]) -> PolygonMesh:
+    """The triangles of an .stl, each with three points of its own.
+
+    Raises an `error` for a file that is cut short, or is no .stl.
+    """
+    count = int.from_bytes(data[80:HEAD_BYTES], "little")
+    whole = len(data) >= HEAD_BYTES and len(data) - HEAD_BYTES >= count * RECORD.itemsize
+    # Binary files may begin with "solid", too: their size tells.
+    if data.lstrip()[:5].lower() == b"solid" and b"facet" in data[:100_000].lower():
+        try:
+            found = [tuple(map(float, row)) for row in CORNER.findall(data)]
+        except ValueError:
+            raise error.about(path, found="words that are no numbers", allowed="an .stl") from None
+        points = np.array(found[: len(found) // 3 * 3], np.float64).reshape(-1, 3)
+    elif whole:
+        rows = np.frombuffer(data, RECORD, count, HEAD_BYTES)
+        points = rows["corners"].astype(np.float64).reshape(-1, 3)
+    else:
+        raise error.about(path, found="no .stl, or one cut short", allowed="a whole mesh")
+    corners = np.arange(len(points))
+    sizes = np.full(len(points) // 3, 3, np.int64)
+    none = np.full(len(corners), -1, np.int64)
+    return PolygonMesh(points, None, corners, sizes, np.zeros((0, 2)), none, none[: len(sizes)])
+
+
+PARSERS = {".obj": parse_obj, ".ply": parse_ply, ".stl": parse_stl}

@@ -12,9 +12,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from elocute.adoption.characters.heads_in_file import HeadPart
 from elocute.adoption.characters.joint_names import joint_of
-from elocute.adoption.characters.morphs import MorphMesh
+from elocute.adoption.characters.morphs import HeadPart, MorphMesh
 from elocute.adoption.characters.shape_names import (
     Meaning,
     like_a_mouth,

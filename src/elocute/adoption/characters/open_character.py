@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from elocute.adoption.characters.heads_in_file import HeadPart, choose_head
 from elocute.adoption.characters.mapping import Mapping, facing_deg, head_joints, map_character
-from elocute.adoption.characters.morphs import MorphMesh, morph_meshes
+from elocute.adoption.characters.morphs import HeadPart, MorphMesh, choose_head, morph_meshes
 from elocute.adoption.characters.shape_names import meanings_of
-from elocute.adoption.characters.still_parts import still_parts
 from elocute.adoption.characters.vrm import Vrm, read_vrm
 from elocute.errors import HeadError
 from elocute.head.builtin import load_builtin_head
-from elocute.head.character import Character
+from elocute.head.character import Character, Turn
 from elocute.head.model import HeadModel
 from elocute.meshes.gltf_document import GltfDocument, read_gltf
 from elocute.meshes.gltf_nodes import NodeTree, without_matrix
 from elocute.motion.control_fit import is_of_mouth
 
+_OF_EYES = ("eye", "eyes", "eyeball", "eyeballs", "iris", "irises", "cornea", "pupil", "pupils")
+_OF_JAW = ("teeth", "tooth", "tongue", "gum", "gums", "denture", "dentures")
+_ABOVE = ("upper", "up", "top", "maxilla")
+"""Teeth of the skull, which stay where they are."""
 TOLD = 6
 """Names that a note has."""
 REMEDY = "export it with its shape keys, named as ARKit, Oculus or VRM names them"
@@ -147,3 +150,46 @@ def _skeleton(document: GltfDocument, parts: list[HeadPart]) -> list[int]:
     nodes, skins = document.records("nodes"), document.records("skins")
     joints = [skins[nodes[p.node]["skin"]]["joints"] for p in parts if "skin" in nodes[p.node]]
     return [joint for each in joints for joint in each]
+
+
+def still_parts(
+    document: GltfDocument, tree: NodeTree, moved: Iterable[int], turns: Iterable[Turn]
+) -> list[str]:
+    """Names of meshes that are eyes, teeth or a tongue by these, and stay as they are.
+
+    moved: meshes whose shapes are moved; turns: the joints that are turned.
+    """
+    moved, found = set(moved), []
+    by_kind: dict[str, set[int]] = {"eye": set(), "jaw": set()}
+    for turn in turns:
+        for joint in turn.joints if turn.controls else ():
+            if joint[:3] in by_kind:
+                by_kind[joint[:3]].update(tree.below(turn.node))
+    for number, node in enumerate(tree.nodes):
+        if "mesh" not in node or node["mesh"] in moved:
+            continue
+        name, kind = _kind(document, tree, number)
+        if kind and not _hangs_on(document, tree, number, by_kind[kind]):
+            found.append(name)
+    return list(dict.fromkeys(found))
+
+
+def _kind(document: GltfDocument, tree: NodeTree, number: int) -> tuple[str, str]:
+    """What a mesh is called, and "eye", "jaw" or "" by that."""
+    mesh = document.records("meshes")[tree.nodes[number]["mesh"]]
+    given = mesh.get("name")
+    names = [each for each in (tree.name(number), given) if isinstance(each, str) and each]
+    for name in names:
+        words = {word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)}
+        if words.isdisjoint(_ABOVE) and not words.isdisjoint(_OF_JAW):
+            return name[:200], "jaw"
+        if not words.isdisjoint(_OF_EYES) and words.isdisjoint(("lash", "lashes", "brow", "brows")):
+            return name[:200], "eye"
+    return (names or [""])[0], ""
+
+
+def _hangs_on(document: GltfDocument, tree: NodeTree, number: int, joints: set[int]) -> bool:
+    """Whether a node or a joint of its skin is one of these."""
+    skin = tree.nodes[number].get("skin")
+    held = document.records("skins")[skin]["joints"] if skin is not None else tree.line(number)
+    return not joints.isdisjoint(held)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from elocute.adoption.characters.open_character import OpenedCharacter
-from elocute.export.character_mouth import measured_mouth
+from elocute.export.character_weights import measured_mouth
 from elocute.head.character import Control
 from elocute.motion.curves import ARKIT_NAMES
 

@@ -86,7 +86,7 @@ def show_command(
 ) -> None:
     """Draw every shape of a basis at plus and minus two standard deviations."""
     from elocute.capture.blendshapes.basis_motion import extreme_shapes
-    from elocute.export.contact_sheet import contact_sheet
+    from elocute.export.pictures import contact_sheet
     from elocute.files.atomic import write_atomically
     from elocute.motion.store import load_motion
     from elocute.render import open_renderer, portrait
