@@ -23,7 +23,9 @@ from elocute.export.gltf_file import (
     UBYTE,
     UINT,
     USHORT,
+    Channels,
     GltfFile,
+    unit_xyzw,
 )
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
@@ -422,21 +424,16 @@ def _skin(file: GltfFile, head: HeadModel, first: int) -> dict[str, Any]:
 def _animate(file: GltfFile, motion: Motion, shapes: Targets) -> None:
     times = motion.times_s.astype(np.float32)
     clock = file.array(times, "SCALAR", FLOAT, bounds=True)
-    samplers, channels = [], []
-
-    def add(output: int, node: int, path: str) -> None:
-        samplers.append({"input": clock, "output": output, "interpolation": "LINEAR"})
-        channels.append({"sampler": len(samplers) - 1, "target": {"node": node, "path": path}})
-
+    speech = Channels(clock)
     if shapes.names:
-        add(file.array(shapes.weights(motion).ravel(), "SCALAR", FLOAT), 0, "weights")
+        weights = shapes.weights(motion).ravel()
+        speech.move(0, "weights", file.array(weights, "SCALAR", FLOAT))
     if motion.rotations is not None:
         for joint in range(motion.rotations.shape[1]):
-            turns = motion.rotations[:, joint][:, [1, 2, 3, 0]]  # glTF writes xyzw
-            turns = turns / np.linalg.norm(turns, axis=1, keepdims=True)
-            add(file.array(turns.astype(np.float32), "VEC4", FLOAT), 1 + joint, "rotation")
-    if channels:
-        file.json["animations"] = [{"name": "speech", "samplers": samplers, "channels": channels}]
+            turns = unit_xyzw(motion.rotations[:, joint])
+            speech.move(1 + joint, "rotation", file.array(turns, "VEC4", FLOAT))
+    if speech.channels:
+        file.json["animations"] = [speech.animation()]
 
 
 def _embed(file: GltfFile, sound: Sound) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-import struct
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from elocute.meshes.gltf_document import packed
 
 FLOAT, USHORT, UBYTE, UINT = 5126, 5123, 5121, 5125
 ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
@@ -110,19 +111,32 @@ class GltfFile:
         """The file."""
         self.json["buffers"] = [{"byteLength": self._size}]
         record = {name: value for name, value in self.json.items() if value != []}
-        text = json.dumps(record, separators=(",", ":")).encode()
-        text += b" " * (-len(text) % 4)
-        binary = b"".join(self._chunks)
-        total = 12 + 8 + len(text) + 8 + len(binary)
-        return b"".join(
-            [
-                struct.pack("<4sII", b"glTF", 2, total),
-                struct.pack("<I4s", len(text), b"JSON"),
-                text,
-                struct.pack("<I4s", len(binary), b"BIN\0"),
-                binary,
-            ]
-        )
+        return packed(json.dumps(record, separators=(",", ":")), [*self._chunks, b""])
+
+
+class Channels:
+    """What moves in an animation, all by one clock: an accessor of seconds."""
+
+    def __init__(self, clock: int) -> None:
+        self._clock = clock
+        self.samplers: list[dict[str, Any]] = []
+        self.channels: list[dict[str, Any]] = []
+
+    def move(self, node: int, path: str, output: int) -> None:
+        """A node is moved by the values of an accessor; path: "weights", "rotation", …"""
+        self.samplers.append({"input": self._clock, "output": output, "interpolation": "LINEAR"})
+        target = {"node": node, "path": path}
+        self.channels.append({"sampler": len(self.samplers) - 1, "target": target})
+
+    def animation(self, name: str = "speech") -> dict[str, Any]:
+        """The record of the animation."""
+        return {"name": name, "samplers": self.samplers, "channels": self.channels}
+
+
+def unit_xyzw(turns: NDArray[Any]) -> NDArray[np.float32]:
+    """Quaternions wxyz (frame, 4) of any length as glTF writes them: xyzw, of length one."""
+    turns = turns[:, [1, 2, 3, 0]]
+    return (turns / np.linalg.norm(turns, axis=1, keepdims=True)).astype(np.float32)
 
 
 def _empty_json() -> dict[str, Any]:

@@ -2,14 +2,15 @@
 
 Programs that drive avatars look for ARKit's 52 names. The head's own speech shapes are then folded
 into the nearest of these. Others look for visemes or VRM's expressions, with which the mouth is
-fitted (`fitted_shapes`). What that leaves is measured, never hidden.
+fitted frame by frame, as it is for characters that have nothing else; lids and gaze are taken over.
+What that leaves is measured, never hidden.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +28,10 @@ from elocute.head.preset_shapes import (
     VRM_MOUTH,
 )
 from elocute.motion.control_fit import ControlFit, fit_controls, is_of_mouth
-from elocute.motion.curves import ARKIT_NAMES
+from elocute.motion.curves import ARKIT_NAMES, Curves
 from elocute.motion.motion import Motion
 
+STANDARDS = ("arkit", "oculus", "vrm")
 BLOCK = 60  # frames at a time whose vertices are compared
 LEFT_OUT = 0.01
 """A curve that reaches more and has no target is told."""
@@ -123,7 +125,7 @@ def oculus_shapes(head: HeadModel) -> FittedShapes:
     """
     others = [name for name in head.expression_names if not is_of_mouth(name)]
     looks = OCULUS_SHAPES | {name: {name: 1.0} for name in others}
-    return _shapes(
+    return _fitted_shapes(
         head,
         "oculus",
         looks,
@@ -143,7 +145,7 @@ def vrm_shapes(head: HeadModel) -> FittedShapes:
     }
     moved = {name: tuple(looks) for name, looks in (VRM_LIDS | VRM_GAZE).items()}
     del moved["blink"]  # each lid has its own
-    return _shapes(
+    return _fitted_shapes(
         head,
         "vrm",
         VRM_MOUTH | VRM_LIDS | VRM_GAZE | feelings,
@@ -152,17 +154,11 @@ def vrm_shapes(head: HeadModel) -> FittedShapes:
     )
 
 
-def _shapes(
-    head: HeadModel,
-    profile: str,
-    looks: dict[str, dict[str, float]],
-    *,
-    fitted: tuple[str, ...],
-    shared: dict[str, tuple[str, ...]],
-    silent: str = "",
+def _fitted_shapes(
+    head: HeadModel, profile: str, looks: dict[str, dict[str, float]], **which: Any
 ) -> FittedShapes:
     mixes, basis = mixed_shapes(head, f"profile {profile}", looks.values())
-    return FittedShapes(tuple(looks), basis, mixes, fitted, shared, silent)
+    return FittedShapes(tuple(looks), basis, mixes, **which)
 
 
 def mixed_shapes(
@@ -195,36 +191,6 @@ NEAREST: dict[str, dict[str, float]] = {
     "tongueDental": {"tongueOut": 0.25},
     "tongueTipUp": {},
 }
-
-
-class Targets(Protocol):
-    """Morph targets of a file, whichever profile made them.
-
-    Attributes
-    ----------
-    names : tuple of str
-        One per target.
-    basis : (target, vertex, 3) float32
-        Metres at weight one.
-    """
-
-    @property
-    def names(self) -> tuple[str, ...]: ...
-
-    @property
-    def basis(self) -> Float32Array: ...
-
-    def weights(self, motion: Motion) -> Float32Array:
-        """(frame, target) weights over a motion of the head."""
-        ...
-
-    def shown(self, motion: Motion) -> Float32Array:
-        """(frame, component) the weights of the head's shapes that they show."""
-        ...
-
-    def report(self, motion: Motion) -> dict[str, Any]:
-        """What the targets cannot show of it; {} where they show all."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,6 +257,10 @@ class TargetShapes:
         return found
 
 
+Targets = TargetShapes | FittedShapes
+"""Morph targets of a file, whichever profile made them."""
+
+
 def target_shapes(head: HeadModel, profile: str, visemes: bool = False) -> Targets:
     """The targets of a head in a profile.
 
@@ -339,3 +309,53 @@ def _folded(names: tuple[str, ...]) -> dict[str, dict[str, float]]:
 
 def _mm(length_m: float) -> float:
     return round(float(length_m) * 1000, 3)
+
+
+@dataclass(frozen=True, eq=False)
+class Conversion:
+    """Curves of another standard.
+
+    Attributes
+    ----------
+    curves : Curves
+        (frame, target), 0 to 1 but where a curve that is taken over is beyond.
+    residual_mm : (frame,) float64
+        The farthest that a vertex of the face's skin is from where the motion has it. What the
+        tongue does is not in it: no standard has all of that.
+    report : dict
+        What the targets cannot show, as the profiles of a .glb tell it.
+    """
+
+    curves: Curves
+    residual_mm: Float64Array
+    report: dict[str, Any]
+
+
+def convert_curves(motion: Motion, standard: str) -> Conversion:
+    """The curves of a standard that show a motion best.
+
+    Parameters
+    ----------
+    motion : Motion
+        Of a head with the built-in head's shapes.
+    standard : str
+        "arkit": its 52 shapes, the speech shapes folded in. "oculus": fifteen visemes and what is
+        not of the mouth. "vrm": the expressions of VRM 1.0. Visemes and vowels are fitted to the
+        mouth, from 0 to 1, few at a time, and lips that meet weigh most.
+
+    Returns
+    -------
+    Conversion
+
+    Raises
+    ------
+    OutputError
+        For another standard, and a head without the shapes.
+    """
+    if standard not in STANDARDS:
+        raise OutputError.about("standard", found=repr(standard), allowed=", ".join(STANDARDS))
+    targets = target_shapes(motion.head, standard)
+    curves = Curves(targets.weights(motion), targets.names, motion.fps)
+    face = motion.head.regions.get("face", slice(None))
+    left = farthest_mm(motion, targets.shown(motion), face)
+    return Conversion(curves, left, targets.report(motion))

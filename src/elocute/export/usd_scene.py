@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -28,25 +27,9 @@ SKELETON = "/Head/Skeleton"
 NORMAL_STEP = 0.02  # changes of a unit normal below this are not stored
 
 
-@dataclass(frozen=True)
-class UsdScene:
-    """A scene, and the files that it names.
-
-    Parameters
-    ----------
-    text : str
-        The layer.
-    files : dict of str to bytes
-        By the path that the layer has for them.
-    """
-
-    text: str
-    files: dict[str, bytes]
-
-
 def usd_scene(
     motion: Motion, shapes: Targets, joints: tuple[str, ...], sound: bytes | None, title: str
-) -> UsdScene:
+) -> tuple[str, dict[str, bytes]]:
     """The text of the scene of a motion, and the files that it names, by their paths there.
 
     Of a dressed head; joints: names of its joints; sound: a .wav. Raises HeadError for a head with
@@ -64,9 +47,25 @@ def usd_scene(
         "}\n",
         SOUND if sound is not None else "",
     ]
-    return UsdScene("".join(parts), files)
+    return "".join(parts), files
 
 
+_COORDINATES = """
+            def Shader "coordinates"
+            {
+                uniform token info:id = "UsdPrimvarReader_float2"
+                string inputs:varname = "st"
+                float2 outputs:result
+            }
+"""
+_VERTEX_COLOR = """
+            def Shader "tone"
+            {
+                uniform token info:id = "UsdPrimvarReader_float3"
+                string inputs:varname = "displayColor"
+                float3 outputs:result
+            }
+"""
 SOUND = """
 def SpatialAudio "Voice"
 {
@@ -293,7 +292,7 @@ def _material(name: str, surface: Surface | None, pictures: _Pictures) -> str:
 
     color, tint = "color3f inputs:diffuseColor", _four(*surface.tint, 1)
     if not read("color", "color", color, "float3 outputs:rgb", scale=tint, space="sRGB"):
-        nodes.append(_vertex_color())
+        nodes.append(_VERTEX_COLOR)
         inputs.append(f"{color}.connect = <{place}/tone.outputs:result>")
     # A node of its own: Blender takes the factor of the colour for the alpha's, too.
     cover = "float inputs:opacity"
@@ -308,7 +307,7 @@ def _material(name: str, surface: Surface | None, pictures: _Pictures) -> str:
     if not read("roughness", "roughness", roughness, "float outputs:g", scale=scale):
         inputs.append(f"{roughness} = {rough:.6g}")
     lines = "".join(f"                {each}\n" for each in inputs)
-    reader = _texture_coordinates() if pictures.path(name, "color") else ""
+    reader = _COORDINATES if pictures.path(name, "color") else ""
     return f"""
         def Material "{identifier(name)}"
         {{
@@ -352,28 +351,6 @@ def _texture(
                 token inputs:wrapT = "repeat"
                 {output}
             }}
-"""
-
-
-def _texture_coordinates() -> str:
-    return """
-            def Shader "coordinates"
-            {
-                uniform token info:id = "UsdPrimvarReader_float2"
-                string inputs:varname = "st"
-                float2 outputs:result
-            }
-"""
-
-
-def _vertex_color() -> str:
-    return """
-            def Shader "tone"
-            {
-                uniform token info:id = "UsdPrimvarReader_float3"
-                string inputs:varname = "displayColor"
-                float3 outputs:result
-            }
 """
 
 

@@ -45,9 +45,9 @@ def write_usdz(
         if sound is not None:  # beside the draft: a disk that is full is told of this file
             write_wav(sound, draft.with_name("sound.wav"))
             wav = draft.with_name("sound.wav").read_bytes()
-        scene = usd_scene(motion, shapes, joints, wav, path.stem)
+        text, files = usd_scene(motion, shapes, joints, wav, path.stem)
         with draft.open("wb") as file:
-            _pack(file, {"head.usda": scene.text.encode(), **scene.files})
+            _pack(file, {"head.usda": text.encode(), **files})
 
 
 def _pack(file: BinaryIO, files: dict[str, bytes]) -> None:

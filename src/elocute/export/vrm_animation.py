@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.export.gltf import joint_nodes
-from elocute.export.gltf_file import FLOAT, GltfFile
+from elocute.export.gltf_file import FLOAT, Channels, GltfFile, unit_xyzw
 from elocute.export.options import VrmaOptions
 from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.vrm import add_body, bone_joints, standing
@@ -105,10 +105,8 @@ class _Scene:
         self.file, self.motion = file, standing(motion)
         self.nodes: list[dict[str, Any]] = []
         self.roots: list[int] = []
-        self.samplers: list[dict[str, Any]] = []
-        self.channels: list[dict[str, Any]] = []
         times = motion.times_s.astype(np.float32)
-        self.clock = file.array(times, "SCALAR", FLOAT, bounds=True)
+        self.speech = Channels(file.array(times, "SCALAR", FLOAT, bounds=True))
         self.bones = self._bones()
 
     def _bones(self) -> dict[str, dict[str, int]]:
@@ -129,7 +127,7 @@ class _Scene:
         node = self._node(name)
         places = np.zeros((len(weights), 3), np.float32)
         places[:, 0] = np.clip(weights, 0, 1)
-        self._move(node, "translation", self.file.array(places, "VEC3", FLOAT))
+        self.speech.move(node, "translation", self.file.array(places, "VEC3", FLOAT))
         return {"node": node}
 
     def gaze(self, turns: NDArray[np.float64]) -> int:
@@ -141,9 +139,7 @@ class _Scene:
     def finish(self) -> None:
         self.file.json["nodes"] = self.nodes
         self.file.json["scenes"] = [{"nodes": self.roots}]
-        self.file.json["animations"] = [
-            {"name": "speech", "samplers": self.samplers, "channels": self.channels}
-        ]
+        self.file.json["animations"] = [self.speech.animation()]
 
     def _node(self, name: str) -> int:
         self.nodes.append({"name": name})
@@ -151,12 +147,4 @@ class _Scene:
         return self.roots[-1]
 
     def _turn(self, node: int, turns: NDArray[Any]) -> None:
-        turns = turns[:, [1, 2, 3, 0]]  # glTF writes xyzw
-        turns = turns / np.linalg.norm(turns, axis=1, keepdims=True)
-        self._move(node, "rotation", self.file.array(turns.astype(np.float32), "VEC4", FLOAT))
-
-    def _move(self, node: int, path: str, output: int) -> None:
-        self.samplers.append({"input": self.clock, "output": output, "interpolation": "LINEAR"})
-        self.channels.append(
-            {"sampler": len(self.samplers) - 1, "target": {"node": node, "path": path}}
-        )
+        self.speech.move(node, "rotation", self.file.array(unit_xyzw(turns), "VEC4", FLOAT))

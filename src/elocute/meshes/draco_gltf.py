@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from elocute.errors import InputError
 from elocute.meshes import draco_child
-from elocute.meshes.gltf_arrays import TYPES, GltfArrays
-from elocute.meshes.gltf_document import WIDTHS, GltfDocument
+from elocute.meshes.gltf_arrays import GltfArrays
+from elocute.meshes.gltf_document import TYPES, WIDTHS, GltfDocument
 
 DRACO = "KHR_draco_mesh_compression"
 TIME_MAX_S = 60.0

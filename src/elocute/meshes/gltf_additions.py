@@ -1,6 +1,8 @@
 """Adds records to the lists of a glTF file and bytes to the end of its buffer.
 
-Every other letter of the JSON and every byte of the buffer stays where it was.
+Every other letter of the JSON and every byte of the buffer stays where it was. A path names a
+value: keys of objects and places in lists, from the outermost inwards. The text has been read
+before by `json_records`, so that it is known to be JSON.
 """
 
 from __future__ import annotations

@@ -10,10 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.meshes import meshopt
-from elocute.meshes.gltf_document import WIDTHS, GltfDocument
+from elocute.meshes.gltf_document import MESHOPT, TYPES, WIDTHS, GltfDocument
 
-MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
-TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 MOST_BYTES = 1_000_000_000
 """What all that is read of a file, and built of it, may take beside `FOR_EACH_BYTE`."""
 FOR_EACH_BYTE = 16

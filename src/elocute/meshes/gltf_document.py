@@ -26,10 +26,11 @@ COUNT_MAX = 100_000_000
 """Elements of an accessor: a mesh of a hundred million corners."""
 BYTES_MAX = 2**53
 INLINE = "data:"
-COMPONENT_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+"""Of components, as NumPy writes them; the last letter is their bytes."""
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-FALLBACKS = ("EXT_meshopt_compression", "KHR_meshopt_compression")
-"""Extensions with buffers that hold nothing: what is in them is packed elsewhere."""
+MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+"""Extensions whose fallback buffers may hold nothing: what is in them is packed elsewhere."""
 FBX_SUFFIX = ".fbx"
 SUFFIXES = (".glb", ".gltf", ".vrm", FBX_SUFFIX)
 """Of what is read as glTF; Blender's module makes it of an FBX."""
@@ -234,7 +235,7 @@ class _Checks:
             else:
                 extensions = buffer.get("extensions")
                 known = extensions if isinstance(extensions, dict) else {}
-                if not any(name in known for name in FALLBACKS):
+                if not any(name in known for name in MESHOPT):
                     self.refuse(f"{what} without content")
                 there = size
             if size > there:
@@ -258,10 +259,10 @@ class _Checks:
             kind, component = accessor.get("type"), accessor.get("componentType")
             if not isinstance(kind, str) or kind not in WIDTHS:
                 self.refuse(f"{what}.type {str(kind)[:30]!r}", ", ".join(WIDTHS))
-            if not isinstance(component, int) or component not in COMPONENT_BYTES:
+            if not isinstance(component, int) or component not in TYPES:
                 self.refuse(f"{what}.componentType {str(component)[:30]}")
             count = self._whole(accessor.get("count"), f"{what}.count", COUNT_MAX, 1)
-            size = WIDTHS[kind] * COMPONENT_BYTES[component]
+            size = WIDTHS[kind] * int(TYPES[component][-1])
             if "bufferView" in accessor:
                 self._inside(what, accessor, count, size)
             sparse = accessor.get("sparse")
@@ -284,9 +285,9 @@ class _Checks:
             self.refuse(f"{what} without indices or values")
         count = self._whole(sparse.get("count"), f"{what}.count", most, 1)
         component = indices.get("componentType")
-        if not isinstance(component, int) or component not in COMPONENT_BYTES:
+        if not isinstance(component, int) or component not in TYPES:
             self.refuse(f"{what}.indices.componentType {str(component)[:30]}")
-        self._inside(f"{what}.indices", indices, count, COMPONENT_BYTES[component])
+        self._inside(f"{what}.indices", indices, count, int(TYPES[component][-1]))
         self._inside(f"{what}.values", values, count, size)
 
     def _images(self) -> None:

@@ -7,7 +7,6 @@ meshopt (`gltf_arrays`) or Draco (`draco_gltf`).
 from __future__ import annotations
 
 import base64
-import io
 from collections.abc import Iterator
 from typing import Any
 
@@ -18,13 +17,12 @@ from elocute.errors import InputError
 from elocute.meshes.gltf_arrays import GltfArrays
 from elocute.meshes.gltf_document import GltfDocument
 from elocute.meshes.gltf_nodes import NodeTree
-from elocute.meshes.mesh_file import PICTURE_FORMATS, check_picture
+from elocute.meshes.mesh_file import check_picture, opened_picture
 from elocute.meshes.part import (
     ALPHA_MODES,
     GREY,
     MeshPart,
     PartOrigin,
-    drawn_picture,
     factor_color,
 )
 
@@ -260,7 +258,7 @@ class _Pictures:
         if not np.isfinite(uv).all():
             return plain
         if (source, mode) not in self._known:
-            self._known[source, mode] = drawn_picture(self._opened(source), mode)
+            self._known[source, mode] = self._opened(source, mode)
         picture, opacity = self._known[source, mode]
         return picture, uv * [1, -1] + [0, 1], opacity
 
@@ -272,10 +270,8 @@ class _Pictures:
         packed = record.get("extensions", {}).get(WEBP, {})
         return packed.get("source", record.get("source"))
 
-    def _opened(self, number: int) -> Any:
+    def _opened(self, number: int, mode: Any) -> tuple[Any, str]:
         """The picture, whose size is known before its pixels are decoded."""
-        from PIL import Image
-
         record = self._document.records("images")[number]
         if "bufferView" in record:
             data = self._arrays.view(record["bufferView"]).tobytes()
@@ -289,14 +285,7 @@ class _Pictures:
                 found=f"a picture of {width} × {height} pixels",
                 allowed="pictures that unpack to less",
             )
-        picture = Image.open(io.BytesIO(data), formats=PICTURE_FORMATS)
-        try:
-            picture.load()
-        except Exception as problem:  # PIL's parsers raise of every kind
-            raise self._error.about(
-                self._subject, found="a damaged picture", allowed="pictures that can be read"
-            ) from problem
-        return picture
+        return opened_picture(data, self._subject, self._error, mode)
 
 
 def _transformed(uv: NDArray[np.float64], shift: dict[str, Any]) -> NDArray[np.float64]:

@@ -7,7 +7,6 @@ as a regular file of limited size. What is not there is told.
 
 from __future__ import annotations
 
-import io
 import os
 import unicodedata
 import warnings
@@ -21,9 +20,8 @@ import numpy as np
 from elocute.errors import ElocuteWarning, InputError
 from elocute.files.reading import bytes_text, read_bytes
 from elocute.files.unpacked_size import unpacked_limit
-from elocute.meshes.mesh_file import PICTURE_FORMATS, check_picture
+from elocute.meshes.mesh_file import check_picture, opened_picture
 from elocute.meshes.obj_mesh import line_name, text_lines
-from elocute.meshes.part import drawn_picture
 from elocute.meshes.polygon_mesh import PolygonMesh, color_bytes
 
 MATERIAL_MAX_BYTES = 1_000_000
@@ -165,8 +163,6 @@ class _Beside:
         return self._pictures[file]
 
     def _opened(self, file: Path) -> tuple[Any, str]:
-        from PIL import Image
-
         data = read_bytes(file, max_bytes=PICTURE_MAX_BYTES, allowed="a picture", error=self._error)
         width, height = check_picture(data, file, self._error)
         self._budget += 4 * width * height
@@ -177,12 +173,7 @@ class _Beside:
                 found=f"a picture of {width} × {height} pixels",
                 allowed=f"pictures up to {bytes_text(limit)} unpacked",
             )
-        try:
-            return drawn_picture(Image.open(io.BytesIO(data), formats=PICTURE_FORMATS), None)
-        except Exception as problem:  # PIL's parsers raise of every kind
-            raise self._error.about(
-                file, found="a damaged picture", allowed="pictures that can be read"
-            ) from problem
+        return opened_picture(data, file, self._error)
 
     def _find(self, name: str) -> Path | None:
         """The file of a name whose folders do not count, its letters in any case."""

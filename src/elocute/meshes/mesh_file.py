@@ -6,6 +6,7 @@ import io
 import re
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from elocute.errors import InputError
 from elocute.files.reading import bytes_text, read_bytes
 from elocute.files.unpacked_size import unpacked_limit
 from elocute.meshes.obj_mesh import parse_obj
+from elocute.meshes.part import drawn_picture
 from elocute.meshes.ply_mesh import parse_ply
 from elocute.meshes.polygon_mesh import PolygonMesh, checked_mesh
 
@@ -71,6 +73,20 @@ def check_picture(
             allowed=f"up to {bytes_text(limit)} unpacked",
         )
     return width, height
+
+
+def opened_picture(
+    data: bytes, subject: str | Path, error: type[InputError], mode: Any = None
+) -> tuple[Any, str]:
+    """A checked picture as `drawn_picture` gives it. Raises an `error` for a damaged one."""
+    from PIL import Image
+
+    try:
+        return drawn_picture(Image.open(io.BytesIO(data), formats=PICTURE_FORMATS), mode)
+    except Exception as problem:  # PIL's parsers raise of every kind
+        raise error.about(
+            subject, found="a damaged picture", allowed="pictures that can be read"
+        ) from problem
 
 
 def parse_stl(data: bytes, path: Path, error: type[InputError]) -> PolygonMesh:

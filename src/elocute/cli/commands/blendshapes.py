@@ -201,7 +201,7 @@ def _plot(found: list[ReconstructionErrors], fps: float, path: Path) -> None:
     import numpy as np
 
     from elocute.motion.curves import Curves
-    from elocute.plots.overlay import plot_overlay
+    from elocute.plots.curves import plot_overlay
 
     values = np.stack([p.errors_mm for p in found], axis=1).astype(np.float32)
     curves = Curves(values, tuple(p.name for p in found), fps)
