@@ -11,8 +11,7 @@ carrying             a head and a face with landmarks in; the head's shapes on t
 registration         the source laid over the face
 shape_transfer       displacements carried over by correspondence; lips and lids meet
 correspondence       the place on one surface that each vertex of another belongs to
-face_lines           the edges of lips and lids, which both faces have
-mesh_paths           ways along the edges of a mesh
+face_lines           the edges of lips and lids, which both faces have, as ways along edges
 """
 
 from __future__ import annotations

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.adoption.face_lines import FaceLine
-from elocute.adoption.mesh_paths import EdgeGraph
+from elocute.adoption.face_lines import EdgeGraph, FaceLine
 from elocute.array_types import Float64Array, IntArray
 from elocute.head.normals import vertex_normals
 from elocute.registration.closest_points import closest_on_triangles, sample_triangles

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.adoption.correspondence import LabelledSurface, lip_sides
-from elocute.adoption.face_lines import FaceLine, lines_by_landmarks, lines_of_named_head
-from elocute.adoption.mesh_paths import EdgeGraph
+from elocute.adoption.face_lines import EdgeGraph, FaceLine, lines_by_landmarks, lines_of_named_head
 from elocute.array_types import Float64Array
 from elocute.errors import HeadError
 from elocute.head.model import HeadModel

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from elocute.adoption.attached_parts import with_attached_parts
 from elocute.adoption.carrying import Adoption, adopt
-from elocute.adoption.mesh_paths import EdgeGraph
+from elocute.adoption.face_lines import EdgeGraph
 from elocute.adoption.registration import FIT_MM
 from elocute.array_types import Float64Array
 from elocute.capture.scanned_head import detected_landmarks
@@ -29,7 +29,7 @@ from elocute.head.model import HeadModel
 from elocute.head.normals import vertex_normals
 from elocute.head.surface import MOST, Surface
 from elocute.meshes.gltf_document import SUFFIXES as GLTF_SUFFIXES, GltfDocument, read_gltf
-from elocute.meshes.part import MeshPart, picture_bytes
+from elocute.meshes.mesh_file import MeshPart, picture_bytes
 from elocute.meshes.parts import document_parts, read_mesh_parts
 from elocute.numerics.rigid_alignment import similarity_between
 from elocute.registration.landmarks import JAW_LINE, read_landmarks

@@ -16,11 +16,10 @@ from elocute.adoption.mesh_without_shapes import MeshAdoption
 from elocute.array_types import Float64Array
 from elocute.errors import HeadError
 from elocute.head.normals import morphed_normals
-from elocute.meshes.draco_gltf import has_draco
 from elocute.meshes.gltf_additions import GltfAdditions, with_value
-from elocute.meshes.gltf_arrays import GltfArrays
+from elocute.meshes.gltf_arrays import GltfArrays, has_draco
 from elocute.meshes.gltf_document import GltfDocument
-from elocute.meshes.part import MeshPart, PartOrigin
+from elocute.meshes.mesh_file import MeshPart, PartOrigin
 from elocute.motion.curves import ARKIT_NAMES
 
 STILL_M = 1e-6

@@ -8,7 +8,7 @@ from typing import Any
 from elocute.export.gltf_file import GltfFile
 from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
-from elocute.render.portable_pictures import portable_picture
+from elocute.render.portable_pictures import material_picture
 
 ALPHA_CUTOFF = {"cutout": 0.5, "blend": 0.8}  # from where a surface hides what lies behind
 SAMPLER = {"magFilter": 9729, "minFilter": 9987}  # linear; linear between mipmaps
@@ -141,8 +141,10 @@ def _add_images(
     images: dict[str, dict[str, Any]],
     folds: bool,
 ) -> None:
-    def texture(kind: str, data: bytes, clear: bool = False) -> dict[str, Any]:
-        picture = portable_picture(data, f"{kind} of the material {record['name']!r}", clear, True)
+    def texture(kind: str) -> dict[str, Any] | None:
+        picture = material_picture(surface, kind, record["name"], grey=True)
+        if picture is None:
+            return None
         images[kind] = {"pixels": list(picture.size), "media": picture.media}
         if picture.made_from:
             images[kind]["made_from"] = picture.made_from
@@ -151,19 +153,16 @@ def _add_images(
         return {"index": _texture(file, picture.data, picture.media, name, sampler)}
 
     shaded = record["pbrMetallicRoughness"]
-    if surface.color:
-        clear = surface.opacity != "opaque"
-        shaded["baseColorTexture"] = texture("color", surface.color, clear)
-    if surface.normal:
-        record["normalTexture"] = texture("normal", surface.normal) | {
-            "scale": float(relief * surface.normal_scale)
-        }
-    if surface.roughness:
+    if color := texture("color"):
+        shaded["baseColorTexture"] = color
+    if normal := texture("normal"):
+        record["normalTexture"] = normal | {"scale": float(relief * surface.normal_scale)}
+    if roughness := texture("roughness"):
         # One image: occlusion is read from its red, roughness from green.
-        shaded["metallicRoughnessTexture"] = texture("roughness", surface.roughness)
-        record["occlusionTexture"] = dict(shaded["metallicRoughnessTexture"])
-    if surface.folds and folds:
-        record["extras"] = {"folds": texture("folds", surface.folds)["index"]}
+        shaded["metallicRoughnessTexture"] = roughness
+        record["occlusionTexture"] = dict(roughness)
+    if folds and (folded := texture("folds")):
+        record["extras"] = {"folds": folded["index"]}
 
 
 def _texture(file: GltfFile, data: bytes, media: str, name: str, sampler: dict[str, int]) -> int:

@@ -16,7 +16,7 @@ from elocute.files.atomic import write_atomically, write_folder_atomically
 from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
 from elocute.motion.motion import Motion
-from elocute.render.portable_pictures import PortablePicture, portable_picture
+from elocute.render.portable_pictures import PortablePicture, material_picture
 
 BLOCK = 120
 
@@ -251,14 +251,14 @@ def mesh_materials(head: HeadModel, tag: str = "") -> MeshMaterials | None:
     """
     if not any(surface.color for surface in head.surfaces.values()):
         return None
-    colors, normals = {}, {}
-    for name in head.material_names:
-        surface = head.surfaces.get(name, Surface())
-        if surface.color:
-            clear = surface.opacity != "opaque"
-            colors[name] = portable_picture(surface.color, f"color of the material {name!r}", clear)
-        if surface.normal:
-            normals[name] = portable_picture(surface.normal, f"normal of the material {name!r}")
+    colors, normals = (
+        {
+            name: picture
+            for name in head.material_names
+            if (picture := material_picture(head.surfaces.get(name, Surface()), kind, name))
+        }
+        for kind in ("color", "normal")
+    )
     return MeshMaterials(head, tag, colors, normals)
 
 

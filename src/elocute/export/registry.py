@@ -27,36 +27,16 @@ if TYPE_CHECKING:  # the command line knows the formats without loading NumPy
 
 @dataclass(frozen=True)
 class Format:
-    """A format: its writer, imported when first needed, and its options.
+    """A format: its writer, imported when first needed, and its options."""
 
-    Parameters
-    ----------
-    module : str
-        The module of `elocute.export` that writes it.
-    function : str
-        The writer in that module.
-    options : type, optional
-        The settings dataclass of its options; None where it has none.
-    has_sound : bool
-        Whether what is written carries the sound.
-    sound_beside : bool
-        Whether the sound may be written beside it.
-    has_words : bool
-        Whether it shows words that are known.
-    has_alpha : bool
-        Whether it can leave out what lies behind the head.
-    has_mesh : bool
-        Whether it holds or shows the head's own mesh.
-    """
-
-    module: str
-    function: str
-    options: type | None = None
-    has_sound: bool = False
-    sound_beside: bool = False
-    has_words: bool = False
-    has_alpha: bool = False
-    has_mesh: bool = False
+    module: str  # of `elocute.export`, which writes it
+    function: str  # the writer in that module
+    options: type | None = None  # the settings dataclass of its options
+    has_sound: bool = False  # whether what is written carries the sound
+    sound_beside: bool = False  # whether the sound may be written beside it
+    has_words: bool = False  # whether it shows words that are known
+    has_alpha: bool = False  # whether it can leave out what lies behind the head
+    has_mesh: bool = False  # whether it holds or shows the head's own mesh
 
     def option_names(self) -> tuple[str, ...]:
         """The names of its options; () where it has none."""

@@ -20,7 +20,7 @@ from elocute.head.model import HeadModel
 from elocute.head.normals import linear_colors, morphed_normals, moved_vertices, vertex_normals
 from elocute.head.surface import Surface
 from elocute.motion.motion import Motion
-from elocute.render.portable_pictures import PortablePicture, portable_picture
+from elocute.render.portable_pictures import PortablePicture, material_picture
 
 NUMBER = "%.6g"
 SKELETON = "/Head/Skeleton"
@@ -250,15 +250,12 @@ class _Pictures:
     def __init__(self, head: HeadModel) -> None:
         self._named: dict[tuple[str, str], tuple[str, PortablePicture]] = {}
         for name in head.material_names:
-            surface = head.surfaces.get(name)
+            surface = head.surfaces.get(name, Surface())
             for kind in ("color", "normal", "roughness"):
-                data = getattr(surface, kind) if surface is not None else b""
-                if not data:
-                    continue
-                clear = kind == "color" and surface is not None and surface.opacity != "opaque"
-                picture = portable_picture(data, f"{kind} of the material {name!r}", clear)
-                path = f"images/{identifier(name)}_{kind}{picture.suffix}"
-                self._named[name, kind] = path, picture
+                picture = material_picture(surface, kind, name)
+                if picture is not None:
+                    path = f"images/{identifier(name)}_{kind}{picture.suffix}"
+                    self._named[name, kind] = path, picture
 
     def files(self) -> dict[str, bytes]:
         return {path: picture.data for path, picture in self._named.values()}

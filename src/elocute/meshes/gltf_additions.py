@@ -24,13 +24,7 @@ FLOAT, UINT = 5126, 5125
 
 
 class GltfAdditions:
-    """Accessors, their views, and bytes after those of a file's buffer.
-
-    Parameters
-    ----------
-    document : GltfDocument
-        The file.
-    """
+    """Accessors, their views, and bytes after those of a file's buffer."""
 
     def __init__(self, document: GltfDocument) -> None:
         self.document = document

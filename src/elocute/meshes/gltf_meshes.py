@@ -17,13 +17,14 @@ from elocute.errors import InputError
 from elocute.meshes.gltf_arrays import GltfArrays
 from elocute.meshes.gltf_document import GltfDocument
 from elocute.meshes.gltf_nodes import NodeTree
-from elocute.meshes.mesh_file import check_picture, opened_picture
-from elocute.meshes.part import (
+from elocute.meshes.mesh_file import (
     ALPHA_MODES,
     GREY,
     MeshPart,
     PartOrigin,
+    check_picture,
     factor_color,
+    opened_picture,
 )
 
 Matrix = NDArray[np.float64]

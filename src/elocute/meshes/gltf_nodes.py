@@ -16,13 +16,7 @@ SHEAR = 1e-4
 
 
 class NodeTree:
-    """The nodes of a file at rest.
-
-    Parameters
-    ----------
-    document : GltfDocument
-        The file, whose nodes form trees.
-    """
+    """The nodes of a file, which form trees, at rest."""
 
     def __init__(self, document: GltfDocument) -> None:
         self.nodes = document.records("nodes")

@@ -15,8 +15,15 @@ from numpy.typing import NDArray
 from elocute.errors import InputError
 from elocute.files.reading import bytes_text
 from elocute.files.unpacked_size import unpacked_limit
-from elocute.meshes.draco_gltf import draco_arrays, draco_is_here, has_draco
-from elocute.meshes.gltf_arrays import FOR_EACH_BYTE, MOST_BYTES, GltfArrays, TooMuchError
+from elocute.meshes.gltf_arrays import (
+    FOR_EACH_BYTE,
+    MOST_BYTES,
+    GltfArrays,
+    TooMuchError,
+    draco_arrays,
+    draco_is_here,
+    has_draco,
+)
 from elocute.meshes.gltf_document import (
     SUFFIXES as GLTF_SUFFIXES,
     GltfDocument,
@@ -25,8 +32,7 @@ from elocute.meshes.gltf_document import (
 )
 from elocute.meshes.gltf_meshes import gltf_parts
 from elocute.meshes.materials import Look, mesh_looks
-from elocute.meshes.mesh_file import PARSERS, check_picture, read_mesh_file
-from elocute.meshes.part import GREY, MeshPart
+from elocute.meshes.mesh_file import GREY, PARSERS, MeshPart, check_picture, read_mesh_file
 from elocute.meshes.polygon_mesh import PolygonMesh
 
 SUFFIXES = (*PARSERS, *GLTF_SUFFIXES)

@@ -181,15 +181,7 @@ class Part:
 
 
 class Parts:
-    """All that stays the same while a head moves.
-
-    Parameters
-    ----------
-    head : HeadModel
-        The head.
-    side_max : int
-        Images are reduced to this many pixels a side.
-    """
+    """All that stays the same while a head moves; images of at most `side_max` pixels a side."""
 
     def __init__(self, head: HeadModel, side_max: int = 1024) -> None:
         self._head = head

@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 from elocute.errors import HeadError
+from elocute.head.surface import Surface
 from elocute.meshes.mesh_file import check_picture
 
 MEDIA = {"PNG": "image/png", "JPEG": "image/jpeg"}
@@ -50,6 +51,16 @@ def portable_picture(
             return PortablePicture(data, MEDIA[kind], size)
         packed, media = _encoded(picture, subject, clear, grey)
     return PortablePicture(packed, media, size, kind)
+
+
+def material_picture(
+    surface: Surface, kind: str, material: str, grey: bool = False
+) -> PortablePicture | None:
+    """The image "color", "normal", … of a surface; None where it has none. Raises HeadError."""
+    data = getattr(surface, kind)
+    clear = kind == "color" and surface.opacity != "opaque"
+    subject = f"{kind} of the material {material!r}"
+    return portable_picture(data, subject, clear, grey) if data else None
 
 
 def _encoded(picture: Any, subject: str, clear: bool, grey: bool) -> tuple[bytes, str]:

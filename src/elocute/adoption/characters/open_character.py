@@ -104,16 +104,20 @@ def _notes(name: str, mapping: Mapping, still: list[str], meshes: list[MorphMesh
     """What to know before it speaks. A mouth that takes the curves as they are needs no more."""
     yield from (f"{name}: {mesh.name} has {mesh.note}" for mesh in meshes if mesh.note)
     if mapping.twice:
-        told = ", ".join(mapping.twice[:TOLD]) + (", …" if len(mapping.twice) > TOLD else "")
+        told = _first_names(mapping.twice)
         yield f"{name}: shapes of one name that move the same ({told}): the first of each is moved"
     unknown = mapping.of_mouth
     if mapping.mouth == "fitted" and unknown:
-        told = ", ".join(unknown[:TOLD]) + (", …" if len(unknown) > TOLD else "")
         found = f"{len(unknown)} shapes look like a mouth's and are not known"
+        told = _first_names(unknown)
         yield f"{name}: {found} ({told}): nothing moves them; `elocute info` lists all"
     if still:
-        told = ", ".join(still[:TOLD]) + (", …" if len(still) > TOLD else "")
+        told = _first_names(still)
         yield f"{name}: {told} without shapes and joints that move: as they are throughout"
+
+
+def _first_names(names: list[str]) -> str:
+    return ", ".join(names[:TOLD]) + (", …" if len(names) > TOLD else "")
 
 
 def character_head(character: Character) -> HeadModel:
