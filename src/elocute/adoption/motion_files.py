@@ -11,7 +11,7 @@ import numpy as np
 from elocute.adoption.registry import FLAME_SUFFIX, open_speaking_head
 from elocute.array_types import Float32Array
 from elocute.errors import InputError, MotionError
-from elocute.export.curve_files import SUFFIXES, read_curves
+from elocute.export.curve_files import SUFFIXES, joint_turns, read_curves
 from elocute.files.array_reading import npz_names
 from elocute.head.flame import FlameModel, flame_vertices, load_flame
 from elocute.head.flame_layouts import ASSUMED_FPS, is_flame, read_layout
@@ -21,7 +21,7 @@ from elocute.motion.blendshape_solver import solve_weights
 from elocute.motion.curves import Curves, curves_from_motion, motion_from_curves
 from elocute.motion.motion import Motion, check_reach
 from elocute.motion.store import load_motion
-from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
+from elocute.numerics.quaternions import from_axis_angle, multiply
 
 NPZ_MAX_BYTES = 2_000_000_000
 BLOCK = 300
@@ -135,11 +135,8 @@ def _on(motion: Motion, head: HeadModel) -> Motion:
     moved = motion_from_curves(head, curves_from_motion(motion))
     if motion.rotations is None:
         return moved
-    turns = np.tile(no_turn(motion.frame_count)[:, None], (1, len(head.joint_names), 1))
-    for place, name in enumerate(head.joint_names):
-        if name in motion.head.joint_names:
-            turns[:, place] = motion.rotations[:, motion.head.joint_names.index(name)]
-    return replace(moved, rotations=turns.astype(np.float32))
+    turns = dict(zip(motion.head.joint_names, np.moveaxis(motion.rotations, 1, 0), strict=True))
+    return replace(moved, rotations=joint_turns(head, motion.frame_count, turns))
 
 
 def _of_flame(
@@ -200,8 +197,4 @@ def _turns(pose: np.ndarray, head: HeadModel) -> Float32Array | None:
         root = multiply(root, root[:1] * [1, -1, -1, -1])
     if not (np.abs(root[:, 1:]).any() or np.abs(neck[:, 1:]).any()):
         return None
-    turns = np.tile(no_turn(len(pose))[:, None], (1, len(head.joint_names), 1))
-    for name, turn in (("neck", root), ("head", neck)):
-        if name in head.joint_names:
-            turns[:, head.joint_names.index(name)] = turn
-    return turns.astype(np.float32)
+    return joint_turns(head, len(pose), {"neck": root, "head": neck})

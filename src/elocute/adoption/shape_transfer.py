@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.adoption.correspondence import Places
-from elocute.adoption.face import Face
+from elocute.adoption.face import Face, Places
 from elocute.array_types import Float64Array
 from elocute.numerics.rigid_alignment import Similarity, nearest_rotation
 from elocute.numerics.sparse_factor import factor_of

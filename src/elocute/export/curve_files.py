@@ -15,14 +15,14 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from elocute.array_types import Float32Array, Float64Array
+from elocute.array_types import Float32Array, Float64Array, FloatArray
 from elocute.errors import MotionError
 from elocute.export.arkit_csv import COLUMNS, POSE_COLUMNS, SIXTIETHS
 from elocute.export.curves_json import curves_of_record, rotations_of_record
@@ -103,12 +103,18 @@ class CurveFile:
         if self.turns is None or not self.turns.any():
             return None
         names = [name for name in ("neck", "head") if name in head.joint_names]
-        turned = np.zeros((len(self.turns), len(head.joint_names), 4), np.float32)
-        turned[..., 0] = 1
-        for name in names:
-            angles = self.turns[:, [1, 0, 2]] * np.pi / len(names)
-            turned[:, head.joint_names.index(name)] = from_axis_angle(angles)
-        return turned
+        angles = self.turns[:, [1, 0, 2]] * np.pi / max(len(names), 1)
+        return joint_turns(head, len(angles), dict.fromkeys(names, from_axis_angle(angles)))
+
+
+def joint_turns(head: HeadModel, frames: int, turns: Mapping[str, FloatArray]) -> Float32Array:
+    """(frame, joint, 4) wxyz of a head's joints from turns (frame, 4) by name; others rest."""
+    turned = np.zeros((frames, len(head.joint_names), 4), np.float32)
+    turned[..., 0] = 1
+    for place, name in enumerate(head.joint_names):
+        if name in turns:
+            turned[:, place] = turns[name]
+    return turned
 
 
 @dataclass(frozen=True, eq=False)

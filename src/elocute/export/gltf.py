@@ -395,14 +395,19 @@ def _target(
     return file.sparse(rows, deltas[vertices[rows]], len(vertices), bounds)
 
 
+def joint_offsets(head: HeadModel) -> NDArray[np.float64]:
+    """(joint, 3) m from the joint that each hangs from, else from the origin."""
+    places = head.joint_positions.astype(np.float64)
+    parents = np.array(head.joint_parents, np.intp)
+    return places - np.where((parents >= 0)[:, None], places[parents], 0)
+
+
 def joint_nodes(head: HeadModel, nodes: list[dict[str, Any]]) -> list[int]:
     """Append a node for each joint of a head, in their order; returns the root joints."""
-    first = len(nodes)
-    positions = head.joint_positions.astype(float)
+    first, offsets = len(nodes), joint_offsets(head)
     for joint, (name, parent) in enumerate(zip(head.joint_names, head.joint_parents, strict=True)):
-        offset = positions[joint] - (positions[parent] if parent >= 0 else 0)
         known, *aliases = JOINTS.get(name, (name,))
-        nodes.append({"name": known, "translation": offset.tolist()})
+        nodes.append({"name": known, "translation": offsets[joint].tolist()})
         if aliases:
             nodes[-1]["extras"] = {"aliases": aliases}
         if parent >= 0:

@@ -8,9 +8,9 @@ from typing import Any
 from elocute.export.gltf_file import GltfFile
 from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
+from elocute.render.parts import CORES
 from elocute.render.portable_pictures import material_picture
 
-ALPHA_CUTOFF = {"cutout": 0.5, "blend": 0.8}  # from where a surface hides what lies behind
 SAMPLER = {"magFilter": 9729, "minFilter": 9987}  # linear; linear between mipmaps
 CLAMP = {"wrapS": 33071, "wrapT": 33071}  # or roots of strands show behind their tips
 
@@ -127,7 +127,7 @@ def _layers(record: dict[str, Any], opacity: str) -> list[dict[str, Any]]:
         return [record]
     if opacity == "sheer":
         return [record | {"alphaMode": "BLEND"}]
-    solid = record | {"alphaMode": "MASK", "alphaCutoff": ALPHA_CUTOFF[opacity]}
+    solid = record | {"alphaMode": "MASK", "alphaCutoff": CORES[opacity]}
     if opacity == "cutout":
         return [solid]
     return [solid, record | {"name": f"{record['name']}_fringe", "alphaMode": "BLEND"}]

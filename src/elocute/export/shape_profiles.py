@@ -195,23 +195,13 @@ NEAREST: dict[str, dict[str, float]] = {
 
 @dataclass(frozen=True, eq=False)
 class TargetShapes:
-    """Morph targets that stand for the shapes of a head.
+    """Morph targets that stand for the shapes of a head."""
 
-    Parameters
-    ----------
-    names : tuple of str
-        One per target.
-    basis : (target, vertex, 3) float32
-        Metres at weight one.
-    mix : (component, target) float32
-        What each of the head's shapes gives to each target.
-    folded : dict of str
-        By the name of a shape that is no target: the targets that stand for it.
-    """
-
-    names: tuple[str, ...]
-    basis: Float32Array
+    names: tuple[str, ...]  # one per target
+    basis: Float32Array  # (target, vertex, 3) metres at weight one
+    # (component, target) what each of the head's shapes gives to each target
     mix: Float32Array
+    # by the name of a shape that is no target: the targets that stand for it
     folded: dict[str, dict[str, float]]
 
     def weights(self, motion: Motion) -> Float32Array:

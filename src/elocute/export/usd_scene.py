@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from elocute.array_types import Float32Array, FloatArray
 from elocute.errors import printable
+from elocute.export.gltf import joint_offsets
 from elocute.export.shape_profiles import Targets
 from elocute.head.model import HeadModel
 from elocute.head.normals import linear_colors, morphed_normals, moved_vertices, vertex_normals
@@ -99,13 +100,7 @@ def _joint_paths(head: HeadModel, names: tuple[str, ...]) -> list[str]:
 def _skeleton(motion: Motion, shapes: Targets, names: tuple[str, ...]) -> str:
     head = motion.head
     paths = tokens(_joint_paths(head, names))
-    places = head.joint_positions.astype(float)
-    offsets = np.array(
-        [
-            place - (places[parent] if parent >= 0 else 0)
-            for place, parent in zip(places, head.joint_parents, strict=True)
-        ]
-    )
+    places, offsets = head.joint_positions.astype(float), joint_offsets(head)
     bind = ", ".join(matrix(_shift(place)) for place in places)
     rest = ", ".join(matrix(_shift(offset)) for offset in offsets)
     turns = _turns(motion)

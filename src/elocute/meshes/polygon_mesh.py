@@ -140,14 +140,10 @@ def checked_mesh(
 
 
 def color_bytes(values: NDArray[Any], kind: str) -> NDArray[np.uint8]:
-    """Colours as bytes, from numbers that count to 1, 255 or 65,535.
+    """Colours (row, 3) as bytes, from numbers that count to 1, 255 or 65,535; black where not
+    finite.
 
-    Parameters
-    ----------
-    values : (row, 3)
-        Of any numbers; what is not finite becomes black.
-    kind : str
-        NumPy's letter and size of the numbers as declared: "u1" counts to 255, "f4" mostly to 1.
+    kind: NumPy's letter and size of the numbers as declared: "u1" counts to 255, "f4" mostly to 1.
     """
     shares = np.nan_to_num(np.asarray(values, np.float64), posinf=0, neginf=0)
     if kind in ("u1", "i1"):  # where a signed byte is declared, an unsigned one is meant

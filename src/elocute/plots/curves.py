@@ -19,18 +19,8 @@ WIDTH, HEIGHT = 1400, 560
 LEFT, RIGHT, TOP, BOTTOM = 80, 190, 50, 50  # margins; the names stand on the right
 SCALE = 2  # drawn larger, then reduced: smooth lines
 INKS = (
-    "#1f5fa8",
-    "#b4482b",
-    "#3a7d44",
-    "#7a4b9a",
-    "#8a6d1f",
-    "#2b7a86",
-    "#c2417c",
-    "#555555",
-    "#6a9a1f",
-    "#0f3d6b",
-    "#d98a3d",
-    "#4b4bd0",
+    *("#1f5fa8", "#b4482b", "#3a7d44", "#7a4b9a", "#8a6d1f", "#2b7a86"),
+    *("#c2417c", "#555555", "#6a9a1f", "#0f3d6b", "#d98a3d", "#4b4bd0"),
 )
 SHADE = "#e3e8ef"
 MARKS = (1, 2, 5, 10)

@@ -122,18 +122,11 @@ def portrait(
 
 @dataclass(frozen=True)
 class ShadowView:
-    """An orthographic view along the key.
+    """An orthographic view along the key."""
 
-    Parameters
-    ----------
-    matrix : (4, 4) float32
-        Head space to -1…1; z is the depth, from -1 at the key's side.
-    radius : float
-        Half the side of what it sees, m.
-    """
-
+    # (4, 4) head space to -1…1; z is the depth, from -1 at the key's side
     matrix: Float32Array
-    radius: float
+    radius: float  # half the side of what it sees, m
 
     def taps(self, side: int) -> list[tuple[float, float]]:
         """(offset in pixels, share) of a Gauss kernel on a map of `side` pixels.

@@ -29,18 +29,10 @@ _LINEAR = to_linear(np.arange(256, dtype=np.float32) / 255)
 
 @dataclass(frozen=True)
 class Image:
-    """A decoded image.
+    """A decoded image."""
 
-    Parameters
-    ----------
-    pixels : (height, width, 4) uint8
-        As stored, the top row first.
-    srgb : bool
-        Whether red, green and blue are sRGB, not linear.
-    """
-
-    pixels: NDArray[np.uint8]
-    srgb: bool
+    pixels: NDArray[np.uint8]  # (height, width, 4) uint8: as stored, the top row first
+    srgb: bool  # whether red, green and blue are sRGB, not linear
 
     @cached_property
     def levels(self) -> list[Float32Array]:
@@ -104,6 +96,8 @@ def open_pixels(data: bytes, what: str | Path, side_max: int, error: type[InputE
 
 TWO_SIDED = ("eyeball", "teeth", "hair")  # without a surface that says it
 ENCLOSED = 0.5  # share of the surrounding light that comes to what is in the mouth, at most
+CORES = {"opaque": 0.0, "cutout": 0.5, "blend": 0.8, "sheer": 2.0}
+"""By its opacity: the alpha from which a surface hides what lies behind it."""
 EXPOSED_AS = 0.36  # mean linear colour of skin that the lights are set for
 EXPOSURE_POWER = 0.38  # how far a photographer follows the tone of the skin
 EXPOSURE_RANGE = (0.9, 1.75)
@@ -153,8 +147,8 @@ class Part:
 
     @property
     def core(self) -> float:
-        """The alpha from which it hides what lies behind; 0 for all of it, 2 for none."""
-        return {"opaque": 0.0, "cutout": 0.5, "blend": 0.8, "sheer": 2.0}[self.surface.opacity]
+        """The alpha from which it hides what lies behind: 0 for all of it, 2 for none."""
+        return CORES[self.surface.opacity]
 
     @property
     def fringe_gain(self) -> float:

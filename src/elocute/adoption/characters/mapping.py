@@ -7,12 +7,12 @@ frame by frame, where the motion is written.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from elocute.adoption.characters.joint_names import joint_of
 from elocute.adoption.characters.morphs import HeadPart, MorphMesh
 from elocute.adoption.characters.shape_names import (
     Meaning,
@@ -30,6 +30,23 @@ from elocute.meshes.gltf_nodes import NodeTree
 from elocute.motion.control_fit import is_of_mouth
 from elocute.motion.curves import ARKIT_NAMES
 
+_JOINT_WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
+_JOINT_SIDES = {"l": "Left", "left": "Left", "r": "Right", "right": "Right"}
+# Words that rigs put around the name of a joint: mixamorig:Head, CC_Base_Head, J_Bip_C_Head,
+# Bip001 Head, DEF-head, head_jnt.
+_AROUND = frozenset(
+    (
+        *("mixamorig", "mixamo", "cc", "base", "j", "bip", "adj", "c", "m", "x", "b", "bn", "sk"),
+        *("def", "org", "mch", "bone", "joint", "jnt", "bind", "skin", "rig", "armature"),
+        *("character", "avatar", "facial", "valve", "biped"),
+    )
+)
+_JOINT_NAMES: dict[str, tuple[tuple[str, ...], ...]] = {
+    "neck": (("neck",), ("neck", "twist"), ("neck", "lower"), ("lower", "neck")),
+    "head": (("head",),),
+    "jaw": (("jaw",), ("jaw", "root"), ("lower", "jaw"), ("jaw", "lower"), ("mandible",)),
+    "eye": (("eye",), ("face", "eye"), ("eyeball",), ("eye", "ball")),
+}
 SIDES = ("Left", "Right")
 JAW_DEG = 20.0
 """How far the built-in head's jaw is turned where `jawOpen` is one."""
@@ -349,3 +366,24 @@ def facing_deg(tree: NodeTree, joints: dict[str, int], vrm: Vrm | None) -> float
             quarter = 90.0 * round(angle / 90)
             return quarter if abs(angle - quarter) < 15 else angle
     return 180.0 if vrm is not None and vrm.version == 0 else 0.0
+
+
+def joint_of(name: str) -> str | None:
+    """Which of the built-in head's joints ("neck", "head", "jaw", "eyeLeft", "eyeRight") a joint is
+    by the name that the file has; None for others."""
+    words = [word.lower() for word in _JOINT_WORDS.findall(name[:200])]
+    sides = {_JOINT_SIDES[word] for word in words if word in _JOINT_SIDES}
+    rest = _without_rig(word for word in words if word not in _JOINT_SIDES)
+    for joint, known in _JOINT_NAMES.items():
+        if rest in known and (len(sides) == 1) == (joint == "eye") and len(sides) < 2:
+            return joint + "".join(sides)
+    return None
+
+
+def _without_rig(words: Iterable[str]) -> tuple[str, ...]:
+    kept = list(words)
+    while kept and kept[0] in _AROUND:
+        kept = kept[1:]
+    while kept and kept[-1] in _AROUND:
+        kept = kept[:-1]
+    return tuple(kept)

@@ -110,18 +110,25 @@ def _twins(names: list[str], bounds: list[tuple[float, ...] | None]) -> Iterator
 
 def _bounds(document: GltfDocument, mesh: dict[str, Any], place: int) -> tuple[float, ...] | None:
     """How far a target moves the primitives, least and most; None where the file does not say."""
-    accessors, found = document.records("accessors"), list[float]()
+    found = list[float]()
     for primitive in mesh["primitives"]:
-        position: int | None = primitive["targets"][place].get("POSITION")
-        accessor = {} if position is None else accessors[position]
-        for end in () if position is None else ("min", "max"):
-            given = accessor.get(end)
-            values = [*map(finite_number, given)] if isinstance(given, list) else []
-            numbers = [value for value in values[:4] if value is not None]
-            if len(values) != 3 or len(numbers) != 3:
+        for numbers in _stated_ends(document, primitive["targets"][place]):
+            if numbers is None:
                 return None
             found += numbers
     return tuple(found)
+
+
+def _stated_ends(
+    document: GltfDocument, attributes: dict[str, int]
+) -> Iterator[list[float] | None]:
+    """Least and most of positions as the file states them, where it does so in three numbers."""
+    if "POSITION" in attributes:
+        accessor = document.records("accessors")[attributes["POSITION"]]
+        for end in (accessor.get("min"), accessor.get("max")):
+            numbers = [finite_number(value) for value in end] if isinstance(end, list) else []
+            finite = [number for number in numbers if number is not None]
+            yield finite if len(numbers) == len(finite) == 3 else None
 
 
 @dataclass(frozen=True)
@@ -224,14 +231,12 @@ def _skeleton(document: GltfDocument, tree: NodeTree, node: int) -> frozenset[in
 
 def _box(document: GltfDocument, tree: NodeTree, part: HeadPart) -> _Box:
     """(2, 3) lowest and highest corner in the scene, by the bounds that the file states."""
-    accessors, corners = document.records("accessors"), []
-    for primitive in document.records("meshes")[part.mesh.mesh]["primitives"]:
-        position = primitive["attributes"].get("POSITION")
-        ends = [] if position is None else [accessors[position].get(end) for end in ("min", "max")]
-        for end in ends:
-            numbers = [finite_number(value) for value in end] if isinstance(end, list) else []
-            if len(numbers) == 3 and None not in numbers:
-                corners.append(numbers)
+    corners = [
+        end
+        for primitive in document.records("meshes")[part.mesh.mesh]["primitives"]
+        for end in _stated_ends(document, primitive["attributes"])
+        if end is not None
+    ]
     if len(corners) < 2:
         return None
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)

@@ -74,14 +74,11 @@ def _taken(name: str, takes: str) -> str:
 
 def _told(control: Control) -> str:
     """What a control takes."""
-    if control.shares:
-        return " + ".join(
-            name if share == 1 else f"{share:.2g} {name}" for name, share in control.shares.items()
-        )
-    looks = " + ".join(
-        name if weight == 1 else f"{weight:.2g} {name}" for name, weight in control.looks.items()
+    told = " + ".join(
+        name if share == 1 else f"{share:.2g} {name}"
+        for name, share in (control.shares or control.looks).items()
     )
-    return f"{FITTED}, as {looks}"
+    return told if control.shares else f"{FITTED}, as {told}"
 
 
 def _listed(title: str, names: dict[str, str]) -> Iterable[str]:

@@ -5,10 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, TypeGuard
 
-from elocute.adoption.characters.joint_names import VRM_BONES
 from elocute.files.json_records import finite_number
 from elocute.meshes.gltf_document import GltfDocument
 
+VRM_BONES = {
+    "neck": "neck",
+    "head": "head",
+    "jaw": "jaw",
+    "leftEye": "eyeLeft",
+    "rightEye": "eyeRight",
+}
+"""What a VRM calls the joints of the built-in head."""
 OVERRIDDEN = ("blink", "lookAt", "mouth")
 """What an expression of a VRM 1.0 may take away of others."""
 RANGES = {
