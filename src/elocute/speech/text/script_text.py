@@ -113,7 +113,7 @@ def read_transcript(
         found, remedy = "markup or subtitles of another kind", "save it as text, .srt or .vtt"
         raise error.about(Path(path), found=found, allowed=allowed, remedy=remedy)
     if _TIMES.match(text):
-        remedy = "give it as a file of times (`--phones`)"
+        remedy = "give it as a file of times (`phones`)"
         raise error.about(Path(path), found="TextGrid or JSON", allowed=allowed, remedy=remedy)
     lrs = _LRS.match(text)
     return lrs[1] if lrs else text
