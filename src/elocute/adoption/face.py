@@ -103,12 +103,12 @@ class LabelledSurface:
             np.einsum("sc,sca->sa", samples.bary, values[corners])
             for values in (self.points, self.normals, self.sides[:, None])
         ]
-        return samples.triangle, KDTree(_seven(*mixed), balanced_tree=False, compact_nodes=False)
+        return samples.triangle, KDTree(_features(*mixed), balanced_tree=False, compact_nodes=False)
 
     def places(self, points: Float64Array, normals: Float64Array, sides: Float64Array) -> Places:
         """The places that belong to points (query, 3) with normals and lip sides."""
         triangle, tree = self._samples
-        _, near = tree.query(_seven(points, normals, sides[:, None]), k=CANDIDATES)
+        _, near = tree.query(_features(points, normals, sides[:, None]), k=CANDIDATES)
         best = np.full(len(points), np.inf)
         corners = np.zeros((len(points), 3), np.intp)
         bary = np.zeros((len(points), 3))
@@ -132,7 +132,7 @@ class LabelledSurface:
         return Places(corners, bary, places, np.sqrt(best), facing, on_rim)
 
 
-def _seven(points: Float64Array, normals: Float64Array, sides: Float64Array) -> Float64Array:
+def _features(points: Float64Array, normals: Float64Array, sides: Float64Array) -> Float64Array:
     return np.concatenate([points, NORMAL_M * normals, LIP_M * sides], axis=1)
 
 

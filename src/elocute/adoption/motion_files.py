@@ -100,12 +100,12 @@ def open_motion(
             check_reach(motion)
         except MotionError as error:
             raise MotionError.about(path, found=str(error)) from error
-        return _told(motion, found.notes)
+        return _with_notes(motion, found.notes)
     motion = load_motion(path)
     if head is None:
         return OpenedMotion(motion)
     chosen = _chosen(head, mesh)
-    return _told(_on(motion, chosen), ())
+    return _with_notes(_on(motion, chosen), ())
 
 
 def holds_flame(path: Path) -> bool:
@@ -125,7 +125,7 @@ def _chosen(head: str | Path | None, mesh: str | None) -> HeadModel:
     return person("mean") if head is None else open_speaking_head(head, mesh)
 
 
-def _told(motion: Motion, notes: tuple[str, ...]) -> OpenedMotion:
+def _with_notes(motion: Motion, notes: tuple[str, ...]) -> OpenedMotion:
     character = motion.head.character
     return OpenedMotion(motion, (*notes, *(character.notes if character else ())))
 
@@ -163,7 +163,7 @@ def _of_flame(
     carrier = open_speaking_head(flame)
     weights = _weights(load_flame(flame), carrier, parts, fps, progress)
     motion = motion_from_curves(head, Curves(weights, carrier.expression_names, fps))
-    return _told(replace(motion, rotations=_turns(parts["pose"], head)), tuple(notes))
+    return _with_notes(replace(motion, rotations=_turns(parts["pose"], head)), tuple(notes))
 
 
 def _weights(

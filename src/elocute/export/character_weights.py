@@ -182,7 +182,7 @@ def _without_leaps(turns: Float64Array) -> Float64Array:
     return turns * signs[:, None]
 
 
-def told(character: Character, moved: CharacterMotion) -> dict[str, Any]:
+def conversion_record(character: Character, moved: CharacterMotion) -> dict[str, Any]:
     """What was done, for the file."""
     record: dict[str, Any] = {
         "controls": [control.name for control in character.controls if control.binds],

@@ -13,7 +13,7 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,7 +106,7 @@ def curves_of_record(path: str | Path, record: dict[str, Any]) -> Curves:
         raise MotionError.about(
             path, found="no frame rate in fps", allowed=f"above 0, up to {FPS_MAX:g}"
         )
-    if not (isinstance(names, list) and 0 < len(names) <= NAMES_MAX and _are_texts(names)):
+    if not (are_texts(names) and len(names) <= NAMES_MAX):
         raise MotionError.about(path, found="no list of texts in names", allowed=ALLOWED)
     return Curves(_values(path, frames, len(names)), tuple(names), fps)
 
@@ -146,8 +146,9 @@ def _check_format(path: str | Path, record: dict[str, Any]) -> None:
         raise MotionError.about(path, found=told[:120], allowed=ALLOWED)
 
 
-def _are_texts(names: list[Any]) -> bool:
-    return all(isinstance(name, str) for name in names)
+def are_texts(names: Any) -> TypeGuard[list[str]]:
+    """Whether something is a list of one text or more."""
+    return isinstance(names, list) and bool(names) and all(isinstance(name, str) for name in names)
 
 
 def _values(path: str | Path, frames: Any, columns: int) -> np.ndarray:

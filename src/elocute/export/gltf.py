@@ -108,7 +108,11 @@ def _file_bytes(motion: Motion, sound: Sound | None, options: GlbOptions) -> byt
 def wav_beside(path: Path, sound: Sound) -> Path | None:
     """Where the sound of a .glb goes, or None where it lies there already."""
     beside = path.with_suffix(".wav")
-    return None if _same(sound, beside) else beside
+    try:
+        is_there = isinstance(sound, str | Path) and Path(sound).samefile(beside)
+    except (OSError, ValueError):  # one of them is not there, or cannot be
+        is_there = False
+    return None if is_there else beside
 
 
 def glb_bytes(
@@ -453,12 +457,3 @@ def _embed(file: GltfFile, sound: Sound) -> None:
         }
     }
     file.json["scenes"][0]["extensions"] = {"KHR_audio_emitter": {"emitters": [0]}}
-
-
-def _same(sound: Sound, beside: Path) -> bool:
-    if not isinstance(sound, str | Path):
-        return False
-    try:
-        return Path(sound).samefile(beside)
-    except (OSError, ValueError):  # one of them is not there, or cannot be
-        return False

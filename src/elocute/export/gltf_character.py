@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from elocute.errors import OutputError
-from elocute.export.character_weights import CharacterMotion, character_motion, told
+from elocute.export.character_weights import CharacterMotion, character_motion, conversion_record
 from elocute.export.gltf_file import Channels
 from elocute.export.soundtrack import Sound, pack_sound
 from elocute.head.character import Character
@@ -41,7 +41,7 @@ def character_glb(motion: Motion, character: Character, sound: Sound | None = No
         speech.move(node, "weights", added.accessor(weights.reshape(-1), "SCALAR"))
     for node, turns in moved.turns.items():
         speech.move(node, "rotation", added.accessor(turns, "VEC4"))
-    record = {"fps": motion.fps, **told(character, moved)}
+    record = {"fps": motion.fps, **conversion_record(character, moved)}
     text = _without_matrices(character.document, [*moved.weights, *moved.turns])
     animation = speech.animation(_free_name(character.document))
     text = with_items(text, ["animations"], [animation | {"extras": {"elocute": record}}])

@@ -87,7 +87,7 @@ def write_video(
 
 
 @contextlib.contextmanager
-def _told() -> Iterator[None]:
+def _as_output_errors() -> Iterator[None]:
     """Errors of the system stay what they are; any other of the encoder is an OutputError."""
     from av.error import FFmpegError
 
@@ -155,7 +155,7 @@ class _Encoder:
         self._thread.join()
         whole = kind is None and not self._failure
         try:
-            with _told():
+            with _as_output_errors():
                 if whole:
                     self._finish()
                 self._file.close()
@@ -177,7 +177,7 @@ class _Encoder:
 
         try:
             while (picture := self._pictures.get()) is not None:
-                with _told():
+                with _as_output_errors():
                     clear = picture.shape[2] == 4
                     given = spread_colours(picture) if clear else picture
                     frame = av.VideoFrame.from_ndarray(given, format="rgba" if clear else "rgb24")

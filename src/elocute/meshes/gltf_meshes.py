@@ -1,7 +1,7 @@
 """Reads the meshes of a glTF file at rest, with the colours of their materials.
 
-Skinned meshes stand where their joints put them. Vertices may be quantized, sparse, or packed by
-meshopt (`gltf_arrays`) or Draco (`draco_gltf`).
+Skinned meshes stand where their joints put them. Vertices may be quantized, sparse, or packed
+by meshopt or Draco (`gltf_arrays`).
 """
 
 from __future__ import annotations

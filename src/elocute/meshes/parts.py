@@ -1,7 +1,7 @@
 """The parts of a mesh file with their materials: surfaces as other programs dress them.
 
-glTF is read by `gltf_meshes`, other files by `files.meshes`. Nothing outside a file is opened but
-the materials and pictures beside an .obj or .ply (`files.mesh_materials`).
+glTF is read by `gltf_meshes`, other files by `mesh_file`. Nothing outside a file is opened but
+the materials and pictures beside an .obj or .ply (`materials`).
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ def character_record(opened: OpenedCharacter) -> dict[str, Any]:
     return {
         "meshes": {mesh.name: len(mesh.targets) for mesh in opened.meshes},
         "mouth": f"{MOUTHS[mapping.mouth]}; {MEASURED[own is not None]}",
-        "mapped": {control.name: _told(control) for control in character.controls},
+        "mapped": {control.name: _takes(control) for control in character.controls},
         "joints": {
             str(nodes[turn.node].get("name", turn.node)): " + ".join(turn.joints)
             for turn in character.turns
@@ -72,7 +72,7 @@ def _taken(name: str, takes: str) -> str:
     return name if takes == name or takes.startswith(FITTED) else f"{name} ({takes})"
 
 
-def _told(control: Control) -> str:
+def _takes(control: Control) -> str:
     """What a control takes."""
     told = " + ".join(
         name if share == 1 else f"{share:.2g} {name}"
