@@ -15,18 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.export.gltf_character import character_glb
-from elocute.export.gltf_file import (
-    ARRAY_BUFFER,
-    ELEMENT_BUFFER,
-    FLOAT,
-    INDEX_MAX,
-    UBYTE,
-    UINT,
-    USHORT,
-    Channels,
-    GltfFile,
-    unit_xyzw,
-)
+from elocute.export.gltf_file import Channels, GltfFile, unit_xyzw
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
 from elocute.export.shape_profiles import Targets, target_shapes
@@ -223,18 +212,13 @@ def _primitives(
         attributes = {"POSITION": _positions(file, places[vertices])}
         attributes |= _attributes(file, head, vertices, texels, normals, colors)
         if for_viewer:
-            attributes["_OCCLUSION"] = file.array(
-                head.occlusion[vertices].astype(np.float32), "SCALAR", FLOAT, ARRAY_BUFFER
-            )
+            occlusion = head.occlusion[vertices].astype(np.float32)
+            attributes["_OCCLUSION"] = file.attribute(occlusion)
         if along is not None and finish_of(name).strand:
-            attributes["_STRAND"] = file.array(
-                _stepped(along[vertices], STEPS_OF_STRAND), "VEC3", FLOAT, ARRAY_BUFFER
-            )
+            attributes["_STRAND"] = file.attribute(_stepped(along[vertices], STEPS_OF_STRAND))
         if folds is not None and head.surfaces.get(name, Surface()).folds:
             for first, masks in enumerate(np.split(folds.masks_at(vertices), ZONES // 4, axis=1)):
-                attributes[f"_FOLDS_{first}"] = file.array(
-                    np.ascontiguousarray(masks), "VEC4", UBYTE, ARRAY_BUFFER, normalized=True
-                )
+                attributes[f"_FOLDS_{first}"] = file.attribute(masks, normalized=True)
         targets = [
             {
                 name: _target(file, vertices, *part, bounds=name == "POSITION")
@@ -242,13 +226,7 @@ def _primitives(
             }
             for shape in moves
         ]
-        small = len(vertices) - 1 <= INDEX_MAX
-        indices = file.array(
-            faces.astype(np.uint16 if small else np.uint32),
-            "SCALAR",
-            USHORT if small else UINT,
-            ELEMENT_BUFFER,
-        )
+        indices = file.indices(faces, len(vertices))
         primitive = {"attributes": attributes, "indices": indices}
         primitive |= {"targets": targets} if targets else {}
         first, *fringes = material.indices
@@ -275,7 +253,7 @@ def corners_of(
 
 
 def _positions(file: GltfFile, points: NDArray[np.floating[Any]]) -> int:
-    return file.array(points.astype(np.float32), "VEC3", FLOAT, ARRAY_BUFFER, bounds=True)
+    return file.attribute(points.astype(np.float32), bounds=True)
 
 
 def _attributes(
@@ -289,18 +267,14 @@ def _attributes(
     uv = head.uv[texels].astype(np.float32) * [1, -1] + [0, 1]  # glTF counts from the top
     rgba = np.concatenate([colors[vertices], np.ones((len(vertices), 1))], axis=1)
     attributes = {
-        "NORMAL": file.array(
-            _stepped(_unit(normals[vertices]), STEPS_OF_NORMAL), "VEC3", FLOAT, ARRAY_BUFFER
-        ),
-        "TEXCOORD_0": file.array(uv.astype(np.float32), "VEC2", FLOAT, ARRAY_BUFFER),
-        "COLOR_0": file.array(
-            np.round(rgba * 65535).astype(np.uint16), "VEC4", USHORT, ARRAY_BUFFER, normalized=True
-        ),
+        "NORMAL": file.attribute(_stepped(_unit(normals[vertices]), STEPS_OF_NORMAL)),
+        "TEXCOORD_0": file.attribute(uv.astype(np.float32)),
+        "COLOR_0": file.attribute(np.round(rgba * 65535).astype(np.uint16), normalized=True),
     }
     if head.joint_names:
         joints, weights = _four_joints(head.skin_weights[vertices])
-        attributes["JOINTS_0"] = file.array(joints, "VEC4", UBYTE, ARRAY_BUFFER)
-        attributes["WEIGHTS_0"] = file.array(weights, "VEC4", FLOAT, ARRAY_BUFFER)
+        attributes["JOINTS_0"] = file.attribute(joints)
+        attributes["WEIGHTS_0"] = file.attribute(weights)
     return attributes
 
 
@@ -423,7 +397,7 @@ def _skin(file: GltfFile, head: HeadModel, first: int) -> dict[str, Any]:
     """The skin of joints that begin at node `first`."""
     inverse = np.tile(np.eye(4, dtype=np.float32), (len(head.joint_names), 1, 1))
     inverse[:, 3, :3] = -head.joint_positions  # columns first, as glTF wants
-    bind = file.array(inverse.reshape(-1, 16), "MAT4", FLOAT)
+    bind = file.array(inverse.reshape(-1, 16))
     return {
         "inverseBindMatrices": bind,
         "joints": list(range(first, first + len(head.joint_names))),
@@ -432,15 +406,13 @@ def _skin(file: GltfFile, head: HeadModel, first: int) -> dict[str, Any]:
 
 def _animate(file: GltfFile, motion: Motion, shapes: Targets) -> None:
     times = motion.times_s.astype(np.float32)
-    clock = file.array(times, "SCALAR", FLOAT, bounds=True)
-    speech = Channels(clock)
+    speech = Channels(file.array(times, bounds=True))
     if shapes.names:
-        weights = shapes.weights(motion).ravel()
-        speech.move(0, "weights", file.array(weights, "SCALAR", FLOAT))
+        speech.move(0, "weights", file.array(shapes.weights(motion).ravel()))
     if motion.rotations is not None:
         for joint in range(motion.rotations.shape[1]):
             turns = unit_xyzw(motion.rotations[:, joint])
-            speech.move(1 + joint, "rotation", file.array(turns, "VEC4", FLOAT))
+            speech.move(1 + joint, "rotation", file.array(turns))
     if speech.channels:
         file.json["animations"] = [speech.animation()]
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.export.gltf import joint_nodes
-from elocute.export.gltf_file import FLOAT, Channels, GltfFile, unit_xyzw
+from elocute.export.gltf_file import Channels, GltfFile, unit_xyzw
 from elocute.export.options import VrmaOptions
 from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.vrm import add_body, bone_joints, standing
@@ -106,7 +106,7 @@ class _Scene:
         self.nodes: list[dict[str, Any]] = []
         self.roots: list[int] = []
         times = motion.times_s.astype(np.float32)
-        self.speech = Channels(file.array(times, "SCALAR", FLOAT, bounds=True))
+        self.speech = Channels(file.array(times, bounds=True))
         self.bones = self._bones()
 
     def _bones(self) -> dict[str, dict[str, int]]:
@@ -127,7 +127,7 @@ class _Scene:
         node = self._node(name)
         places = np.zeros((len(weights), 3), np.float32)
         places[:, 0] = np.clip(weights, 0, 1)
-        self.speech.move(node, "translation", self.file.array(places, "VEC3", FLOAT))
+        self.speech.move(node, "translation", self.file.array(places))
         return {"node": node}
 
     def gaze(self, turns: NDArray[np.float64]) -> int:
@@ -147,4 +147,4 @@ class _Scene:
         return self.roots[-1]
 
     def _turn(self, node: int, turns: NDArray[Any]) -> None:
-        self.speech.move(node, "rotation", self.file.array(unit_xyzw(turns), "VEC4", FLOAT))
+        self.speech.move(node, "rotation", self.file.array(unit_xyzw(turns)))
