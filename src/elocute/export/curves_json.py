@@ -21,13 +21,14 @@ from numpy.typing import NDArray
 from elocute.errors import MotionError, OutputError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import finite_number, read_record
+from elocute.files.reading import FileKind
 from elocute.motion.curves import Curves
 from elocute.motion.motion import FPS_MAX, Motion
 from elocute.one_line_repr import brief
 
 FORMAT, VERSION = "elocute curves", 1
 ALLOWED = "curves as `elocute animate -o NAME.json` writes them"
-BYTES_MAX = 100_000_000
+CURVES_FILE = FileKind(ALLOWED, 100_000_000, MotionError)
 NAMES_MAX = 10_000
 
 
@@ -94,7 +95,7 @@ def read_json_curves(path: str | Path) -> Curves:
     MotionError
         Saying what is wrong with the file, and in which frame.
     """
-    record = read_record(path, max_bytes=BYTES_MAX, allowed=ALLOWED, error=MotionError)
+    record = read_record(path, CURVES_FILE)
     return curves_of_record(path, record)
 
 

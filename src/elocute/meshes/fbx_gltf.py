@@ -16,7 +16,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from elocute.errors import InputError, MachineError
-from elocute.files.reading import read_bytes
+from elocute.files.reading import FileKind, read_bytes
 from elocute.meshes import fbx_child
 
 MAGIC = b"Kaydara FBX Binary  \x00\x1a\x00"
@@ -39,7 +39,7 @@ def read_fbx(path: str | Path, *, error: type[InputError] = InputError) -> bytes
     for a file that is missing, too large, damaged or no binary FBX; MachineError where Blender's
     module `bpy` is not installed.
     """
-    data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=error)
+    data = read_bytes(path, FileKind(ALLOWED, FILE_MAX_BYTES, error))
     try:
         sound = without_places(data)
     except ValueError as problem:
