@@ -107,7 +107,7 @@ def test_it_is_the_network_that_was_taught(small, path, speech, ahead) -> None:
     sound = np.concatenate([rest, speech, rest])
     with torch.no_grad():
         hidden, last = small.rows(BatchLogMel(0)(torch.from_numpy(sound)[None], CONTEXT), ahead)
-        told = small.told(hidden)[0].numpy()[REST_ROWS:-REST_ROWS]
+        told = small.told(hidden, last)[0].numpy()[REST_ROWS:-REST_ROWS]
         heard = torch.log_softmax(small.phones(last), -1)[0].numpy()[REST_ROWS:-REST_ROWS]
     found = listened(path, speech, 4000, ahead)
     loud = (found.phones != SILENCE_ALONE).any(axis=1)
