@@ -63,7 +63,7 @@ AGAIN = {"trunk_rate": 1e-4, "head_rate": 5e-4}  # of phones that are taught on 
 FLITE_MINUTES, FESTIVAL_MINUTES = 35, 30
 JUDGED_EVERY = 6  # of the test recordings, while teaching
 AHEAD_FILE, AHEAD_STREAM = 25, 2
-VOICES = {"readers_train": 1, "untold_train": 1, "nat_train_*": 8, "own_train_kerstin_de": 4}
+VOICES = {"readers_train": 1, "untold_train": 2, "nat_train_*": 40}
 """Shards in whose recordings a teacher tells the mouths, one of so many of each."""
 
 
