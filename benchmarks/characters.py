@@ -19,9 +19,9 @@ from elocute.adoption.characters.open_character import character_of
 from elocute.errors import HeadError
 from elocute.export.character_mouth import measured_mouth, mouth_controls
 from elocute.export.character_weights import character_motion
-from elocute.files.gltf_document import gltf_document
 from elocute.head.character import Character
 from elocute.head.preset_shapes import OCULUS_SHAPES, SILENT, VRM_MOUTH
+from elocute.meshes.gltf_document import gltf_document
 from elocute.motion.control_fit import builtin_mouth, fit_controls, is_of_mouth, is_whole_mouth
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.motion.motion import Motion

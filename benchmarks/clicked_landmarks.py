@@ -22,11 +22,11 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np
 from scipy.spatial import KDTree
 
-from elocute.capture.registration.register import register_neutral
 from elocute.capture.scans.landmark_names import KEY_LANDMARKS
-from elocute.capture.scans.landmarks import Landmarks
-from elocute.capture.scans.scan import Scan
 from elocute.head.builtin import load_builtin_head
+from elocute.registration.landmarks import Landmarks
+from elocute.registration.register import register_neutral
+from elocute.registration.scan import Scan
 from recipes.heads_speak import ict_parts
 
 JAW, BROWS_END, SEEDS = 17, 27, 3

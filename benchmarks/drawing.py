@@ -29,7 +29,7 @@ ROUNDS = 3
 def driver() -> str:
     """What draws for moderngl here; "" where nothing does."""
     try:
-        from elocute.export.render.gl import describe
+        from elocute.render.gl import describe
 
         return describe()
     except Exception as error:  # whatever the driver raises

@@ -15,14 +15,14 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from elocute.array_types import Float64Array
-from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE
 from elocute.corpus.importers.grid import FIELDS_MAX_BYTES
 from elocute.encoders.phone_encoder import builtin_encoder
-from elocute.export.render import open_renderer, portrait
+from elocute.encoders.phones_and_visemes import PHONES
 from elocute.files.array_reading import read_npz
 from elocute.motion.motion import Motion
+from elocute.render import open_renderer, portrait
 
 FACES_A_ROW, FACE = 18, 77  # pictures, pixels
 LIPS, INSIDE = (196, 120, 112), (60, 25, 25)

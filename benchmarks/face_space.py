@@ -25,21 +25,21 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from elocute.array_types import Float64Array
-from elocute.capture.registration.accuracy import scan_distances
-from elocute.capture.registration.closest_points import sample_triangles
-from elocute.capture.registration.correspondences import sample_scan
-from elocute.capture.registration.model_fit import FitStage, ModelFit
-from elocute.capture.registration.register import MODEL_POINTS, register_neutral
-from elocute.capture.registration.template import Template, with_size
-from elocute.capture.registration.visibility import seen_from_front
-from elocute.capture.scans.landmarks import Landmarks, no_landmarks
-from elocute.capture.scans.scan import Scan
-from elocute.capture.scans.scan_file import read_scan
 from elocute.errors import ElocuteError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.head.store import load_head
 from elocute.numerics.rigid_alignment import rigid_alignment
+from elocute.registration.accuracy import scan_distances
+from elocute.registration.closest_points import sample_triangles
+from elocute.registration.correspondences import sample_scan
+from elocute.registration.landmarks import Landmarks, no_landmarks
+from elocute.registration.model_fit import FitStage, ModelFit
+from elocute.registration.register import MODEL_POINTS, register_neutral
+from elocute.registration.scan import Scan
+from elocute.registration.scan_file import read_scan
+from elocute.registration.template import Template, with_size
+from elocute.registration.visibility import seen_from_front
 from recipes.heads_speak import ict_parts
 
 AMOUNTS = (-2, -1, 0, 1, 2)

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from elocute import find_phones
-from elocute.alignment.pronunciation import pronounce
-from elocute.audio.phones_and_visemes import PHONE_TO_VISEME
+from elocute.encoders.phones_and_visemes import PHONE_TO_VISEME
+from elocute.speech.text.pronunciation import pronounce
 
 SENTENCES = 40
 

@@ -26,13 +26,12 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import numpy as np
 
-from elocute.alignment.transcript import Transcript, transcribe
 from elocute.animation import Animation, animate
 from elocute.array_types import FloatArray
-from elocute.articulation.driver import BILABIALS
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.phone_encoder import builtin_encoder
+from elocute.encoders.phones_and_visemes import BILABIALS
 from elocute.errors import AlignmentError
 from elocute.evaluation.lip_closures import CLOSED_MM
 from elocute.evaluation.tracked_mouth_scores import (
@@ -45,6 +44,7 @@ from elocute.evaluation.tracked_mouth_scores import (
 from elocute.evaluation.tracked_mouths import TrackedMouth, read_tracked_mouth
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.mouth_measures import TRACKED_CLOSED, measure_mouth
+from elocute.speech.text.transcript import Transcript, transcribe
 from recipes.encoder.synthesise import FESTIVAL_VOICES, FLITE_VOICES, Espeak, Phones, utterance
 
 FPS = 60.0

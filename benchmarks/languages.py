@@ -17,14 +17,14 @@ from pathlib import Path
 import numpy as np
 
 from elocute.animation import animate
-from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.waveform import Waveform
+from elocute.encoders.phones_and_visemes import PHONES
 from elocute.evaluation.phone_mouth_scores import (
     PhoneMouthScore,
-    PhoneTimes,
     SpokenTake,
     phone_mouth_score,
 )
+from elocute.speech.times.labels import Label
 from recipes.encoder.reference import read_reference
 from recipes.encoder.store import RATE
 from recipes.encoder.synthesise import Espeak
@@ -122,7 +122,7 @@ SENTENCES = {
 
 def spoken(
     engine: Espeak, language: str, sentences: int | None = None
-) -> Iterator[tuple[Waveform, PhoneTimes, list[tuple[float, float, str]]]]:
+) -> Iterator[tuple[Waveform, Sequence[Label], list[tuple[float, float, str]]]]:
     """Sound, IPA phones and ARPAbet phones of a language's sentences, each in two voices."""
     voice, *texts = SENTENCES[language]
     noise = np.random.default_rng(0)
@@ -165,7 +165,7 @@ def _shifted(phones: list[tuple[float, float, str]]) -> list[tuple[float, float,
 
 def natural_german(
     data: Path, clips: int = NATURAL_CLIPS
-) -> Iterator[tuple[Waveform, PhoneTimes, list[tuple[float, float, str]]]]:
+) -> Iterator[tuple[Waveform, Sequence[Label], list[tuple[float, float, str]]]]:
     """A natural German voice with forced alignment to 20 ms, evenly taken clips."""
     utterances = [one for one in read_reference(REFERENCE, data / "speech") if one.language == "de"]
     for one in utterances[:: max(1, len(utterances) // clips)][:clips]:
@@ -179,7 +179,7 @@ def natural_german(
 
 
 def score(
-    speech: Sequence[tuple[Waveform, PhoneTimes, list[tuple[float, float, str]]]],
+    speech: Sequence[tuple[Waveform, Sequence[Label], list[tuple[float, float, str]]]],
     way: tuple[str, str, str],
 ) -> PhoneMouthScore:
     """One model, one way, on the sounds of one language."""

@@ -22,15 +22,15 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np
 
 from elocute.array_types import Float64Array
-from elocute.capture.registration.accuracy import scan_distances
-from elocute.capture.registration.register import Registration, register_neutral
-from elocute.capture.registration.template import Template
-from elocute.capture.scans.landmarks import Landmarks, no_landmarks, read_landmarks
-from elocute.capture.scans.scan import Scan
-from elocute.capture.scans.scan_file import read_scan, unit_m
 from elocute.errors import ElocuteError
 from elocute.head.builtin import load_builtin_head
 from elocute.numerics.quaternions import from_axis_angle, to_matrices
+from elocute.registration.accuracy import scan_distances
+from elocute.registration.landmarks import Landmarks, no_landmarks, read_landmarks
+from elocute.registration.register import Registration, register_neutral
+from elocute.registration.scan import Scan
+from elocute.registration.scan_file import read_scan, unit_m
+from elocute.registration.template import Template
 
 NEAR_M, JAW = 0.07, 17
 TURNS_DEG = ((0, 30, 0), (0, 90, 0), (0, 180, 0), (180, 0, 0))

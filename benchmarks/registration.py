@@ -28,21 +28,21 @@ import numpy as np
 import elocute
 from elocute.animation import animate
 from elocute.array_types import Float64Array
-from elocute.capture.registration.accuracy import correspondence_mm, scan_distances, surface_error
-from elocute.capture.registration.closest_points import CoarseMesh, sample_triangles
-from elocute.capture.registration.correspondences import sample_scan
-from elocute.capture.registration.initial_pose import initial_poses
-from elocute.capture.registration.nonrigid_icp import NonrigidIcp
-from elocute.capture.registration.register import register_neutral, register_nonrigid, register_scan
-from elocute.capture.registration.template import Template
-from elocute.capture.registration.zero_pose import apply_pose
-from elocute.capture.scans.landmarks import Landmarks
-from elocute.capture.scans.scan import Scan, checked_scan
 from elocute.capture.simulation.scan_simulator import Scanner, ScanSimulator
 from elocute.capture.simulation.smooth_surface import phong_tessellation
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
+from elocute.registration.accuracy import correspondence_mm, scan_distances, surface_error
+from elocute.registration.closest_points import CoarseMesh, sample_triangles
+from elocute.registration.correspondences import sample_scan
+from elocute.registration.initial_pose import initial_poses
+from elocute.registration.landmarks import Landmarks
+from elocute.registration.nonrigid_icp import NonrigidIcp
+from elocute.registration.register import register_neutral, register_nonrigid, register_scan
+from elocute.registration.scan import Scan, checked_scan
+from elocute.registration.template import Template
+from elocute.registration.zero_pose import apply_pose
 
 REGIONS = ("face", "lips", "eye_area_left", "scalp")
 

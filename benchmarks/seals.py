@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 
 from elocute.animation import animate
-from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.waveform import Waveform
+from elocute.encoders.phones_and_visemes import PHONES
 from elocute.evaluation.lip_closures import CLOSED_MM, short_runs
 from elocute.evaluation.phone_mouth_scores import SpokenTake, phone_mouth_score
 from elocute.models.registry import model_names

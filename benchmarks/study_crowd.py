@@ -28,16 +28,7 @@ from pathlib import Path
 import numpy as np
 
 from elocute.evaluation.confidence_intervals import ConfidenceInterval
-from elocute.study.answers import Answer
-from elocute.study.bradley_terry import fit_bradley_terry
-from elocute.study.crowd import (
-    SYNC_BOUNDS_MS,
-    Crowd,
-    Seat,
-    crowd_answers,
-    seats_of,
-)
-from elocute.study.design import (
+from elocute.study.design.design import (
     Analysis,
     Assignment,
     Comparisons,
@@ -48,16 +39,25 @@ from elocute.study.design import (
     StimulusSound,
     Study,
 )
-from elocute.study.exclusions import keep
-from elocute.study.mixed_logit import fit_mixed_logit, marginal_share
-from elocute.study.power import Plan, power_with
-from elocute.study.preferences import mixed_share, pair_results
-from elocute.study.proportions import wilson_interval
-from elocute.study.ratings import _mean, _value
-from elocute.study.report import make_report
-from elocute.study.report_files import write_report
-from elocute.study.sync_curves import _bounds, _counts, fit_sync_curve
-from elocute.study.two_way import mean_over
+from elocute.study.design.power import Plan, power_with
+from elocute.study.raters.crowd import (
+    SYNC_BOUNDS_MS,
+    Crowd,
+    Seat,
+    crowd_answers,
+    seats_of,
+)
+from elocute.study.report.answers import Answer
+from elocute.study.report.exclusions import keep
+from elocute.study.report.report import make_report
+from elocute.study.report.report_files import write_report
+from elocute.study.statistics.bradley_terry import fit_bradley_terry
+from elocute.study.statistics.mixed_logit import fit_mixed_logit, marginal_share
+from elocute.study.statistics.preferences import mixed_share, pair_results
+from elocute.study.statistics.proportions import wilson_interval
+from elocute.study.statistics.ratings import _mean, _value
+from elocute.study.statistics.sync_curves import _bounds, _counts, fit_sync_curve
+from elocute.study.statistics.two_way import mean_over
 
 NAMES = ("rules", "voca", "talkers")
 LEVELS = {"rules": 0.0, "voca": -0.5, "talkers": 0.7}

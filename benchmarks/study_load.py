@@ -25,9 +25,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from elocute.study.design_file import read_design
-from elocute.study.manifest import open_study
-from elocute.study.store import Store
+from elocute.study.design.design_file import read_design
+from elocute.study.serving.store import Store
+from elocute.study.stimuli.manifest import open_study
 
 
 @dataclass

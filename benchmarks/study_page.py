@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.study.stimuli import make_stimuli
+from elocute.study.stimuli.stimuli import make_stimuli
 from tests.study.participant import Participant
 from tests.study.studies import FLASHES_S, FPS, HEAD, QUICK, SECONDS, VIDEOS, served, two_folders
 from tests.support.browser import headless_browser

@@ -24,8 +24,8 @@ from elocute.array_types import Float64Array
 from elocute.audio.waveform import Waveform
 from elocute.evaluation.tracked_mouths import TrackedClip, find_tracked_mouths
 from elocute.motion.mouth_measures import measure_mouth
-from elocute.study.raters import strength
-from elocute.study.seen_mouths import HeardSound, SeenMouth, hear, look
+from elocute.study.raters.raters import strength
+from elocute.study.raters.seen_mouths import HeardSound, SeenMouth, hear, look
 from recipes.people_seen import Watched, news_clips, shifted, watched
 
 PIECE_S = 3.0

@@ -32,10 +32,10 @@ from benchmarks.face_rows import (
     shown_frames,
 )
 from elocute.animation import animate
-from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE
 from elocute.encoders.phone_encoder import builtin_encoder
+from elocute.encoders.phones_and_visemes import PHONES
 from elocute.evaluation.tracked_mouths import (
     TrackedClip,
     TrackedMouth,

@@ -22,13 +22,13 @@ import numpy as np
 from benchmarks.heard_phones import edits
 from benchmarks.known_text import LANGUAGES
 from elocute import find_phones
-from elocute.alignment.pronunciation import pronounce
-from elocute.alignment.recogniser import recognise
 from elocute.articulation.driver import BILABIALS, LABIODENTALS
 from elocute.audio.read import read_audio
-from elocute.audio.speech_time_files import TimedSpeech
-from elocute.audio.text_words import words_of_text
 from elocute.errors import AlignmentError
+from elocute.speech.text.pronunciation import pronounce
+from elocute.speech.text.recogniser import recognise
+from elocute.speech.text.text_words import words_of_text
+from elocute.speech.times.write import TimedSpeech
 
 SOURCES = ("readers/libri_other", "speech/ljspeech_a", "speech/kerstin_de", "speech/nathalie_nl")
 WORDS_MIN = 4

@@ -20,17 +20,17 @@ from elocute.audio.read import read_audio
 from elocute.capture.blendshapes.basis_motion import extreme_shapes, sweep_shapes
 from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
 from elocute.capture.blendshapes.settings import BlendshapeConfig
-from elocute.capture.registration.register import register_neutral
-from elocute.capture.scans.scan import Scan
 from elocute.capture.settings import Scanner
 from elocute.capture.simulation.rich_faces.rich_face import take_from_sound
 from elocute.capture.simulation.scan_simulator import ScanSimulator
 from elocute.corpus.corpus_store import open_corpus
 from elocute.export.contact_sheet import contact_sheet
-from elocute.export.render import open_renderer, portrait
 from elocute.head.builtin import load_builtin_head
 from elocute.head.looks import dress, face_look
 from elocute.head.mesh import head_from_arrays
+from elocute.registration.register import register_neutral
+from elocute.registration.scan import Scan
+from elocute.render import open_renderer, portrait
 from recipes.head.sheets import EXAMPLE, QUALITY, still
 
 WHO, FPS, SECONDS, FRAME = "ada", 10.0, 3.0, 27

@@ -20,15 +20,15 @@ from pathlib import Path
 import numpy as np
 
 from elocute.array_types import Float64Array, IntArray
-from elocute.capture.registration.closest_points import CoarseMesh, sample_triangles
 from elocute.capture.video.face_detector import FaceDetector, mediapipe_detector
 from elocute.capture.video.face_mesh_points import TABLE_PATH, FacePoints, save_face_points
-from elocute.export.render import open_renderer
-from elocute.export.render.camera import Camera, portrait
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity
 from elocute.head.mediapipe_face_mesh import IRIS, LIDS, LIP_CONTOURS, POINT_COUNT
 from elocute.head.model import HeadModel
+from elocute.registration.closest_points import CoarseMesh, sample_triangles
+from elocute.render import open_renderer
+from elocute.render.camera import Camera, portrait
 
 SIDE = 640  # pixels
 FACES = 24

@@ -22,7 +22,6 @@ import elocute
 from elocute.array_types import Float64Array
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE, Waveform
-from elocute.evaluation.phone_mouth_scores import PhoneTimes
 from elocute.evaluation.tracked_mouths import (
     TrackedClip,
     find_tracked_mouths,
@@ -31,9 +30,10 @@ from elocute.evaluation.tracked_mouths import (
 from elocute.files.array_reading import read_npz
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.mouth_measures import TRACKED_RESTING, tracked_opening_share
-from elocute.study import seen_mouths
-from elocute.study.raters import Weights, timing_loss
-from elocute.study.seen_mouths import HeardSound, PeopleSeen, Seen, SeenMouth
+from elocute.speech.times.labels import Label
+from elocute.study.raters import seen_mouths
+from elocute.study.raters.raters import Weights, timing_loss
+from elocute.study.raters.seen_mouths import HeardSound, PeopleSeen, Seen, SeenMouth
 
 NOTICED_EARLY_S, NOTICED_LATE_S = -0.045, 0.125
 """Sound against picture; ITU-R BT.1359-1 (1998): where it is noticed."""
@@ -44,7 +44,7 @@ JITTER_MAX, EYES_MIN_PX = 0.005, 60.0
 SMOOTH_S, AHEAD_S = (0.03, 0.05, 0.07), (-0.04, -0.02, 0.0, 0.02, 0.04)
 RIDGE = 20.0
 FIELDS_MAX_BYTES = 50_000_000
-OUTPUT = Path(__file__).parents[1] / "src/elocute/study/people_seen.json"
+OUTPUT = Path(__file__).parents[1] / "src/elocute/study/raters/people_seen.json"
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Watched:
     talker: str
     mouth: SeenMouth
     sound: Waveform
-    phones: PhoneTimes
+    phones: Sequence[Label]
 
 
 def watched(clip: TrackedClip) -> Watched | None:

@@ -15,7 +15,7 @@ from typing import Any
 
 from PIL import Image
 
-from elocute.study.stimuli import make_stimuli
+from elocute.study.stimuli.stimuli import make_stimuli
 from recipes.head.sheets import QUALITY
 from recipes.viewer_picture import need
 from tests.study.participant import Participant

@@ -24,13 +24,13 @@ from pathlib import Path
 import numpy as np
 
 from elocute.array_types import Float64Array
-from elocute.articulation.driver import posteriors_from_phones
 from elocute.articulation.style import STYLES
 from elocute.audio.waveform import Waveform
 from elocute.capture.simulation.rich_faces import talker_spread
 from elocute.capture.simulation.rich_faces.rich_face import RichFace, RichTake
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
+from elocute.speech.text.known_phones import posteriors_from_phones
 from recipes.encoder.store import LABEL_RATE, RATE
 
 FLAWS = {"small_mouth", "turned", "jittery"}

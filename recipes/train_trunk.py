@@ -30,7 +30,7 @@ import numpy as np
 import torch
 
 from elocute.array_types import Float32Array
-from elocute.audio.phones_and_visemes import SILENCE
+from elocute.encoders.phones_and_visemes import SILENCE
 from elocute.encoders.trunk import KIND, ROW_SAMPLES, SHIPPED_PATH
 from elocute.models.talkers import SIZES_PATH
 from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig

@@ -48,13 +48,13 @@ RUN_TIME = [
     "tests/export/test_csv.py",
     "tests/export/test_gltf.py",
     "tests/export/test_meshes.py",
-    "tests/export/test_render.py",
+    "tests/render/test_render.py",
     "tests/export/test_video.py",
     "tests/files/test_arrays.py",
     "tests/files/test_atomic.py",
     "tests/files/test_confinement.py",
     "tests/files/test_media.py",
-    "tests/files/test_meshes.py",
+    "tests/meshes/test_meshes.py",
     "tests/files/test_onnx_session.py",
     "tests/files/test_output_plan.py",
     "tests/files/test_records.py",
@@ -73,7 +73,7 @@ RUN_TIME = [
 READERS = ("trimesh>=5.0,<6",)
 """Other people's, which open what is written here."""
 MEDIAPIPE = ["tests/capture/video/test_command.py", "tests/capture/scans/test_found_landmarks.py"]
-BLENDER = ["tests/files/test_fbx.py", "tests/adoption/test_own_file_in_blender.py"]
+BLENDER = ["tests/meshes/test_fbx.py", "tests/adoption/test_own_file_in_blender.py"]
 EXTRAS = [
     "tests/alignment",
     "tests/corpus",
@@ -82,7 +82,7 @@ EXTRAS = [
     "tests/networks",
     "tests/training",
     "tests/capture/scans",
-    "tests/files/test_draco_gltf.py",
+    "tests/meshes/test_draco_gltf.py",
     "tests/cli/test_align.py",
     "tests/cli/test_train.py",
 ]

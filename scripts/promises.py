@@ -42,13 +42,24 @@ MODULES = {
             "asyncio",
             "webbrowser",
         },
-        # `study serve` waits for connections, ends those that ask nothing, and makes none.
-        {"jobs/ray_cluster.py", "study/connections.py", "study/listening.py"},
+        # `study serve` waits for connections, ends those that ask nothing, and makes none. `live`
+        # sends frames where it was told to, and receives nothing.
+        {
+            "jobs/ray_cluster.py",
+            "live/targets.py",
+            "study/serving/connections.py",
+            "study/serving/listening.py",
+        },
     ),
     # Python alone: the processes that hold espeak-ng's library, Draco's and Blender's.
     "other programs": (
         {"subprocess", "pty"},
-        {"jobs/ray_cluster.py", "audio/espeak.py", "files/draco_gltf.py", "files/fbx_gltf.py"},
+        {
+            "jobs/ray_cluster.py",
+            "speech/voices/espeak.py",
+            "meshes/draco_gltf.py",
+            "meshes/fbx_gltf.py",
+        },
     ),
     # There it is told to report nothing to its maker.
     "onnxruntime": ({"onnxruntime"}, {"files/onnx_session.py"}),

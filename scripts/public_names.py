@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What is public is what packages list in `__all__`; it loads, says what it is, and is all that
+"""What is public is in the `__all__` of packages; it loads, says what it is, and is all that
 documents use.
 
     python scripts/public_names.py    names what is wrong; exit code 1 where there is something
@@ -14,60 +14,29 @@ import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "elocute"
-LISTED = re.compile(r"^__all__ = ", re.M)
+LISTED = re.compile(r"^(__all__ = |__getattr__, __dir__ = lazy)", re.M)
 HOMES = {
     ".".join(["elocute", *home.parent.relative_to(SOURCE).parts]): home
     for home in sorted(SOURCE.rglob("__init__.py"))
     if LISTED.search(home.read_text(encoding="utf-8"))
 }
-"""Every package with an `__all__`, and its source."""
+"""Every package with public names, and its source."""
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 EXAMPLES = sorted((ROOT / "examples").rglob("*.py"))
 
 
-def typed_imports(tree: ast.Module) -> dict[str, str]:
-    """Names that type checkers see, and the modules they take them from."""
-    return {
-        (each.asname or each.name): node.module
-        for block in tree.body
-        if isinstance(block, ast.If) and ast.unparse(block.test) == "TYPE_CHECKING"
-        for node in block.body
-        if isinstance(node, ast.ImportFrom) and node.module
-        for each in node.names
-    }
-
-
-def lazy_homes(tree: ast.Module, package: str) -> tuple[dict[str, str], set[str]]:
-    """Names that are loaded when asked for by their modules, and packages."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and ast.unparse(node.func) == "lazy":
-            homes = ast.literal_eval(node.args[1])
-            packages = [ast.literal_eval(each.value) for each in node.keywords]
-            names = {n: f"{package}.{module}" for module, ns in homes.items() for n in ns}
-            return names, {each for given in packages for each in given}
-    return {}, set()
-
-
 def names_of(package: str) -> Iterator[str]:
-    """What differs between Python, type checkers and `__all__`, or hides behind a module."""
-    tree = ast.parse(HOMES[package].read_text(encoding="utf-8"))
-    names, packages = lazy_homes(tree, package)
-    if not names:  # loaded at once: what is imported is what is there
-        return
-    typed, listed = typed_imports(tree), importlib.import_module(package).__all__
-    if {name: typed.get(name) for name in names} != names or set(typed) != set(names) | packages:
-        yield f"{package}: type checkers see other names than Python loads"
-    if sorted(set(listed) - {"__version__"}) != sorted(n for n in listed if n != "__version__"):
-        yield f"{package}: __all__ names something twice"
-    if set(listed) - {"__version__"} != set(names):
-        yield f"{package}: __all__ is not what is loaded"
-    # A module would take the place of the name as soon as somebody imported it.
+    """Public names that a module beside them hides as soon as somebody imports it."""
     beside = {module.name for module in pkgutil.iter_modules([str(HOMES[package].parent)])}
+    loaded = importlib.import_module(package)
     yield from (
-        f"{package}.{name}: a module beside it has that name" for name in set(names) & beside
+        f"{package}.{name}: a module beside it has that name"
+        for name in set(loaded.__all__) & beside
+        if not isinstance(getattr(loaded, name), ModuleType)
     )
 
 

@@ -42,7 +42,7 @@ LARGE = (
     "elocute.head.looks.dressing",
     "elocute.adoption",
     "elocute.animation",
-    "elocute.capture.registration",
+    "elocute.registration",
 )
 """Modules whose caches hold tens of megabytes: arrays and heads, not packed pictures, which take
 half a second each to make again."""

@@ -11,7 +11,7 @@ import pytest
 import elocute
 from elocute.animation import Animation
 from elocute.errors import InputError, MotionError
-from elocute.motion.edits import sealed_frames
+from elocute.motion.edits import sealed_frames, with_edits
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
 
@@ -41,7 +41,7 @@ AMPLITUDES = [
 
 @pytest.mark.parametrize("regions", AMPLITUDES)
 def test_amplitudes_leave_every_seal_of_speech(take: Animation, regions: dict):
-    edited = take.motion.edited(listed({"edit": "amplitude", "regions": regions}))
+    edited = with_edits(take.motion, listed({"edit": "amplitude", "regions": regions}))
     sealed = sealed_frames(take.motion)
     assert sealed.sum() > 100 and openings_mm(edited)[sealed].max() <= 0.1
     teeth = take.curves["mouthLabiodental"]
@@ -52,7 +52,9 @@ def test_amplitudes_leave_every_seal_of_speech(take: Animation, regions: dict):
 
 
 def test_openings_stay_in_time_with_the_sound(take: Animation):
-    edited = take.motion.edited(listed({"edit": "amplitude", "regions": {"jaw": 1.4, "lips": 0.8}}))
+    edited = with_edits(
+        take.motion, listed({"edit": "amplitude", "regions": {"jaw": 1.4, "lips": 0.8}})
+    )
     before, after = openings_mm(take.motion), openings_mm(edited)
     lags = range(-6, 7)
     alike = [np.corrcoef(before[6:-6], np.roll(after, lag)[6:-6])[0, 1] for lag in lags]

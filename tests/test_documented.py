@@ -31,11 +31,11 @@ from unittest import mock
 import pytest
 from typer.main import get_command
 
-from elocute.audio.espeak import has_espeak
-from elocute.audio.line_table import Line, read_lines
-from elocute.audio.voice_settings import VoiceSettings
 from elocute.cli import main
 from elocute.cli.app import command_line
+from elocute.cli.line_table import Line, read_lines
+from elocute.speech.voices.espeak import has_espeak
+from elocute.speech.voices.settings import VoiceSettings
 from tests.support.commands import run_apart, run_python
 from tests.support.documented_files import file_maker
 from tests.support.documented_pages import (

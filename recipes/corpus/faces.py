@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from elocute.articulation.driver import articulate, posteriors_from_phones
+from elocute.articulation.driver import articulate
 from elocute.articulation.style import STYLES
 from elocute.audio.waveform import Waveform
 from elocute.capture.simulation.rich_faces.rich_face import RichFace
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
+from elocute.speech.text.known_phones import posteriors_from_phones
 from recipes.corpus.subjects import Subject
 from recipes.encoder.store import LABEL_RATE
 from recipes.encoder.synthesise import Phones

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import CorpusWriter
+from elocute.encoders.phones_and_visemes import PHONES
 from recipes.corpus import subjects
 from recipes.corpus.faces import Faces
 from recipes.encoder.store import LABEL_RATE, RATE, Item, Shard, load_shard

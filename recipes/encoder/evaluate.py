@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elocute.audio.phones_and_visemes import PHONE_TO_VISEME, PHONES, VISEMES
+from elocute.encoders.phones_and_visemes import PHONE_TO_VISEME, PHONES, VISEMES
 from recipes.encoder.store import Shard
 
 Hear = Callable[[np.ndarray], np.ndarray]

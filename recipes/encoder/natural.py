@@ -11,7 +11,7 @@ import numpy as np
 import soundfile
 import soxr
 
-from elocute.alignment.forced_alignment import PAD_S, EnglishAligner
+from elocute.speech.text.forced_alignment import PAD_S, EnglishAligner
 from recipes.encoder.store import HOP, RATE, ShardWriter, labels_from_times
 
 # Whole speakers for testing. The German and the Dutch corpus have one speaker each: of kerstin

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.phone_encoder import builtin_encoder
+from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from recipes.encoder.natural import (
     EnglishAligner,
     Recording,

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import soundfile
 
-from elocute.audio.phones_and_visemes import PHONES
+from elocute.encoders.phones_and_visemes import PHONES
 from recipes.encoder.evaluate import Utterance
 from recipes.encoder.natural import PAD_S
 from recipes.encoder.store import RATE, load_shard

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.waveform import SPEECH_RATE
 from elocute.audio.whisper_mel import HOP
+from elocute.encoders.phones_and_visemes import PHONES
 
 RATE = SPEECH_RATE
 LABEL_RATE = RATE / HOP

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from elocute.audio.phone_symbols import PROLONGS, REST, ipa_phone
-from elocute.audio.phones_and_visemes import PHONES
+from elocute.encoders.phones_and_visemes import PHONES
+from elocute.speech.phone_symbols import PROLONGS, REST, ipa_phone
 
 FESTIVAL = {
     "ax": "AH",

@@ -13,7 +13,7 @@ import numpy as np
 import soundfile
 import soxr
 
-from elocute.audio.espeak_library import EspeakLibrary, EspeakSpeech
+from elocute.speech.voices.espeak_library import EspeakLibrary, EspeakSpeech
 from recipes.encoder.store import HOP, RATE, ShardWriter, labels_from_times
 from recipes.encoder.symbols import from_festival, from_ipa
 from recipes.encoder.texts import sentence, words_of

@@ -15,13 +15,13 @@ from PIL import Image, ImageDraw
 from elocute.animation import animate, identity_head
 from elocute.export.options import PictureOptions
 from elocute.export.pictures import open_pictures
-from elocute.export.render import Camera, open_renderer
-from elocute.export.render.lights import RIGS
 from elocute.head import HeadModel
 from elocute.head.identity import identity_names
 from elocute.head.looks import PEOPLE, dress, identity_look
 from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.life import MOODS
+from elocute.render import Camera, open_renderer
+from elocute.render.lights import RIGS
 
 QUALITY = 82
 EXAMPLE = Path(__file__).parents[2] / "src/elocute/assets/example.flac"

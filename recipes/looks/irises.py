@@ -13,8 +13,7 @@ import numpy as np
 import scipy.ndimage as ndimage
 from PIL import Image, ImageDraw
 
-from elocute.head.looks.eyes import EDGE_RAD, IRIS_RAD
-from elocute.head.looks.eyes import PUPIL_RAD as EDGE_OF_PUPIL_RAD
+from elocute.head.looks.eyes import EDGE_RAD, IRIS_RAD, PUPIL_RAD as EDGE_OF_PUPIL_RAD
 from elocute.numerics.smoothing import smoothstep
 from recipes.looks.canvas import noise
 

@@ -8,7 +8,7 @@ from itertools import chain
 import numpy as np
 
 from elocute.array_types import Float64Array
-from elocute.audio.phones_and_visemes import SILENCE
+from elocute.encoders.phones_and_visemes import SILENCE
 from elocute.encoders.trunk import AHEAD
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.curves import Curves, motion_from_curves

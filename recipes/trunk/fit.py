@@ -14,7 +14,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from elocute.audio.phones_and_visemes import PHONES, SILENCE
+from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig, position_rows, weakened
 from recipes.encoder.mixing import LIPS, Mixer
 from recipes.encoder.store import UNKNOWN, VOICED

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from elocute.alignment.word_times import TimedWord, TimedWords, write_words
 from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
+from elocute.speech.text.word_times import TimedWord, TimedWords, write_words
 from recipes.corpus.subjects import Subject
 from recipes.encoder.store import RATE
 from recipes.encoder.synthesise import Phones

@@ -11,137 +11,46 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from elocute._version import __version__
+from elocute._version import __version__ as __version__
 from elocute.lazy_loading import lazy
 from elocute.notebook_repr import register_view
 
 if TYPE_CHECKING:
     from elocute import (
         adoption as adoption,
-    )
-    from elocute import (
         alignment as alignment,
-    )
-    from elocute import (
         articulation as articulation,
-    )
-    from elocute import (
         audio as audio,
-    )
-    from elocute import (
         capture as capture,
-    )
-    from elocute import (
         corpus as corpus,
-    )
-    from elocute import (
         encoders as encoders,
-    )
-    from elocute import (
         evaluation as evaluation,
-    )
-    from elocute import (
         export as export,
-    )
-    from elocute import (
         head as head,
-    )
-    from elocute import (
         life as life,
-    )
-    from elocute import (
         models as models,
-    )
-    from elocute import (
         motion as motion,
-    )
-    from elocute import (
         propagation as propagation,
-    )
-    from elocute import (
+        speech as speech,
         training as training,
     )
-    from elocute.animation import Animation, animate
-    from elocute.articulation.style import Style
-    from elocute.audio.read import read_audio
-    from elocute.audio.waveform import Waveform
-    from elocute.errors import ElocuteError, InputError
-    from elocute.head.builtin import load_builtin_head
-    from elocute.head.model import HeadModel
-    from elocute.models.streaming import stream
-    from elocute.motion.curves import Curves
-    from elocute.motion.motion import Motion
-    from elocute.motion.mouth_measures import measure_mouth
-    from elocute.motion.store import load_motion, save_motion
-    from elocute.speaking import say
-    from elocute.timed_speech import find_phones
+    from elocute.animation import Animation as Animation, animate as animate
+    from elocute.articulation.style import Style as Style
+    from elocute.audio.read import read_audio as read_audio
+    from elocute.audio.waveform import Waveform as Waveform
+    from elocute.errors import ElocuteError as ElocuteError, InputError as InputError
+    from elocute.head.builtin import load_builtin_head as load_builtin_head
+    from elocute.head.model import HeadModel as HeadModel
+    from elocute.models.streaming import stream as stream
+    from elocute.motion.curves import Curves as Curves
+    from elocute.motion.motion import Motion as Motion
+    from elocute.motion.mouth_measures import measure_mouth as measure_mouth
+    from elocute.motion.store import load_motion as load_motion, save_motion as save_motion
+    from elocute.speaking import say as say
+    from elocute.speech.timed_phones import find_phones as find_phones
 
 
-__all__ = [
-    "Animation",
-    "Curves",
-    "ElocuteError",
-    "HeadModel",
-    "InputError",
-    "Motion",
-    "Style",
-    "Waveform",
-    "__version__",
-    "animate",
-    "find_phones",
-    "load_builtin_head",
-    "load_motion",
-    "measure_mouth",
-    "read_audio",
-    "save_motion",
-    "say",
-    "stream",
-]
-__getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "animation": (
-            "Animation",
-            "animate",
-        ),
-        "articulation.style": ("Style",),
-        "audio.read": ("read_audio",),
-        "audio.waveform": ("Waveform",),
-        "errors": (
-            "ElocuteError",
-            "InputError",
-        ),
-        "head.builtin": ("load_builtin_head",),
-        "head.model": ("HeadModel",),
-        "models.streaming": ("stream",),
-        "motion.curves": ("Curves",),
-        "motion.motion": ("Motion",),
-        "motion.mouth_measures": ("measure_mouth",),
-        "motion.store": (
-            "load_motion",
-            "save_motion",
-        ),
-        "speaking": ("say",),
-        "timed_speech": ("find_phones",),
-    },
-    packages=(
-        "adoption",
-        "alignment",
-        "articulation",
-        "audio",
-        "capture",
-        "corpus",
-        "encoders",
-        "evaluation",
-        "export",
-        "head",
-        "life",
-        "models",
-        "motion",
-        "propagation",
-        "training",
-    ),
-)
+__getattr__, __dir__ = lazy(__name__, __file__)
 
 
 def _motion_view(motion: Motion) -> str:

@@ -14,8 +14,8 @@ from elocute.articulation.contact_decoding import (
     decoded_contacts,
     known_contacts,
 )
-from elocute.articulation.driver import posteriors_from_phones
-from elocute.audio.phones_and_visemes import PHONES
+from elocute.encoders.phones_and_visemes import PHONES
+from elocute.speech.text.known_phones import posteriors_from_phones
 
 
 def heard(*phones, each_s=0.1, blurred=0.0):

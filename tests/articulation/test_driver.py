@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from elocute.articulation.driver import articulate, posteriors_from_phones
+from elocute.articulation.driver import articulate
 from elocute.articulation.style import STYLES, Style
-from elocute.audio.phones_and_visemes import PHONES
+from elocute.encoders.phones_and_visemes import PHONES
 from elocute.errors import InputError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity
 from elocute.motion.curves import motion_from_curves
+from elocute.speech.text.known_phones import posteriors_from_phones
 
 
 def say(*phones, each_s=0.1, rest_s=0.6, style=None, **options):

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from elocute.audio import probe_audio, read_audio
-from elocute.audio import read as reading
+from elocute.audio import probe_audio, read as reading, read_audio
 from elocute.errors import AudioError
 
 

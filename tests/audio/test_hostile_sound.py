@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from elocute.audio import read as reading
-from elocute.audio import read_audio
+from elocute.audio import read as reading, read_audio
 from elocute.errors import AudioError
 
 TONE = (0.3 * np.sin(np.arange(8000) / 9)).astype(np.float32)

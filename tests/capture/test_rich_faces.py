@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from elocute.articulation.driver import posteriors_from_phones
 from elocute.articulation.style import STYLES
 from elocute.capture import FaceRichness, RichFace, Scanner, take_from_sound
 from elocute.capture.simulation.rich_faces.flesh import lagging
@@ -13,6 +12,7 @@ from elocute.capture.simulation.rich_faces.own_shapes import own_versions
 from elocute.capture.simulation.scan_simulator import ScanSimulator
 from elocute.errors import CaptureError
 from elocute.head import load_builtin_head
+from elocute.speech.text.known_phones import posteriors_from_phones
 from tests.head.test_lips import crowns, deepest_mm, gap_mm
 
 SAID = "P AA B IY M AE T F OW P SIL V EH SH UW CH M AY B W AO M S R IY P"

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from elocute.capture.scans.scan_file import read_scan, write_scan
 from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
+from elocute.registration.scan_file import read_scan, write_scan
 from tests.support.commands import run_here, succeeds
 
 

@@ -19,8 +19,7 @@ from elocute.errors import needs_extra
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
 from elocute.motion.store import save_motion
-from tests.support.commands import one_line, run_here, run_python
-from tests.support.commands import run_apart as run
+from tests.support.commands import one_line, run_apart as run, run_here, run_python
 
 pytestmark = pytest.mark.usefixtures("unmeasured")
 LIMIT = 30_000

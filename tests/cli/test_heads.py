@@ -9,11 +9,11 @@ import pytest
 import trimesh
 from PIL import Image
 
-from elocute.export.render import open_renderer, portrait
 from elocute.head import resolve_identity
 from elocute.head.builtin import load_builtin_head
 from elocute.head.looks import dressed, person
 from elocute.head.registry import open_head
+from elocute.render import open_renderer, portrait
 from tests.support.commands import one_line, run_apart, run_here
 
 

@@ -2,7 +2,7 @@
 
 import json
 
-from elocute.audio.speech_times import read_speech_times
+from elocute.speech.times.read import read_speech_times
 from tests.support.commands import refused, succeeds
 
 

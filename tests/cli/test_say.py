@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import elocute
-from elocute.audio import espeak
 from elocute.evaluation.lip_closures import CLOSED_MM
+from elocute.speech.voices import espeak
 from tests.support.commands import run_bytes, run_here
 
 SPOKEN = (

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import soundfile
 
-from elocute.audio.espeak import has_espeak
-from elocute.audio.speech_times import read_speech_times
+from elocute.speech.times.read import read_speech_times
+from elocute.speech.voices.espeak import has_espeak
 from tests.support.commands import one_line, refused, run_here, succeeds
 
 HEARD = ["give", "me", "any", "voice", "and", "i", "will", "give", "it", "a", "face"]

@@ -10,9 +10,9 @@ import pytest
 import soundfile
 import soxr
 
-from elocute.audio.phones_and_visemes import PHONES
 from elocute.encoders import phone_encoder, trunk
 from elocute.encoders.phone_encoder import PhoneEncoder
+from elocute.encoders.phones_and_visemes import PHONES
 from elocute.errors import ModelError
 
 EXAMPLE = Path(phone_encoder.__file__).parents[1] / "assets" / "example.flac"

@@ -9,13 +9,13 @@ import trimesh
 
 from elocute.errors import HeadError
 from elocute.export.gltf import glb_bytes
-from elocute.export.render import Camera, Stage, available_backends, open_renderer
 from elocute.export.sunk_irises import sunk
 from elocute.head.builtin import load_builtin_head
 from elocute.head.looks import PEOPLE, dress
 from elocute.head.normals import vertex_normals
 from elocute.head.surface import surface_arrays, surfaces_of_arrays
 from elocute.motion.motion import Motion
+from elocute.render import Camera, Stage, available_backends, open_renderer
 
 SIZE = (300, 200)
 FIELD_DEG, AWAY_M = 6.0, 0.25

@@ -13,11 +13,11 @@ from elocute.animation import identity_head
 from elocute.export.gltf import glb_bytes
 from elocute.export.html import write_html
 from elocute.export.options import GlbOptions
-from elocute.export.render import Camera, Stage, available_backends, open_renderer, portrait
 from elocute.head import HeadModel
 from elocute.head.looks import PEOPLE
 from elocute.head.looks.folds import folds_of
 from elocute.motion.motion import Motion
+from elocute.render import Camera, Stage, available_backends, open_renderer, portrait
 from tests.support.browser import headless_browser, open_viewer
 
 SIZE = (320, 320)

@@ -16,7 +16,6 @@ from PIL import Image
 from elocute.errors import HeadError, OutputError
 from elocute.export.gltf import glb_bytes, write_glb
 from elocute.export.options import GlbOptions
-from elocute.export.portable_pictures import portable_picture
 from elocute.head.builtin import load_builtin_head
 from elocute.head.looks import person
 from elocute.head.normals import linear_colors
@@ -24,6 +23,7 @@ from elocute.head.surface import Surface
 from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.motion.motion import Motion
+from elocute.render.portable_pictures import portable_picture
 
 WEB = Path(__file__).parents[2] / "web"
 SIZES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}

@@ -10,8 +10,8 @@ import trimesh
 from elocute.errors import HeadError, OutputError
 from elocute.export.identities import write_identities
 from elocute.export.meshes import write_npy, write_obj, write_ply
-from elocute.files.meshes import read_mesh_file
 from elocute.head.builtin import load_builtin_head
+from elocute.meshes.mesh_file import read_mesh_file
 from elocute.motion.motion import Motion
 
 

@@ -9,13 +9,13 @@ import pytest
 
 from elocute.animation import identity_head
 from elocute.export.html import write_html
-from elocute.export.render import Camera, Stage, available_backends, open_renderer
-from elocute.export.render.parts import Parts
 from elocute.head import HeadModel
 from elocute.head.looks import PEOPLE
 from elocute.head.mouth_opening import NO_LIPS_M, mouth_opening, openness
 from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.motion.motion import Motion
+from elocute.render import Camera, Stage, available_backends, open_renderer
+from elocute.render.parts import Parts
 from tests.support.browser import headless_browser, open_viewer
 
 SIZE = (240, 240)

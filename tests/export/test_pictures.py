@@ -9,9 +9,9 @@ from PIL import Image
 from elocute.errors import OutputError
 from elocute.export.options import PictureOptions
 from elocute.export.pictures import open_pictures
-from elocute.export.render import available_backends
-from elocute.export.render.lights import RIGS
 from elocute.head.builtin import load_builtin_head
+from elocute.render import available_backends
+from elocute.render.lights import RIGS
 from tests.support.commands import refused
 
 SIZE = (160, 160)
@@ -145,8 +145,8 @@ def test_no_output_replaces_its_background(speech_wav, tmp_path):
 @pytest.mark.parametrize("who", ["otto", "hana"])
 def test_clothes_do_not_push_the_camera_back(who):
     from elocute.animation import identity_head
-    from elocute.export.render import portrait
     from elocute.head.looks import dress, identity_look
+    from elocute.render import portrait
 
     head = identity_head(who)
     look = identity_look("auto", who)

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from elocute.errors import HeadError
-from elocute.export.render import Camera, Stage, available_backends, open_renderer
-from elocute.export.render.lights import RIGS
-from elocute.export.render.parts import Parts
-from elocute.export.render.shading import (
+from elocute.head.builtin import load_builtin_head
+from elocute.head.surface import Surface
+from elocute.render import Camera, Stage, available_backends, open_renderer
+from elocute.render.lights import RIGS
+from elocute.render.parts import Parts
+from elocute.render.shading import (
     FINISHES,
     Point,
     finish_of,
@@ -19,8 +21,6 @@ from elocute.export.render.shading import (
     to_linear,
     to_srgb,
 )
-from elocute.head.builtin import load_builtin_head
-from elocute.head.surface import Surface
 from tests.export.heads import picture, plain, sheets
 
 SIZE = (200, 200)

@@ -20,7 +20,7 @@ WATCHED = """
 import json, os, sys
 import numpy, onnxruntime, PIL.Image, PIL.PngImagePlugin, elocute
 from pathlib import Path
-from elocute.capture.scans.scan_file import read_scan
+from elocute.registration.scan_file import read_scan
 from elocute.errors import InputError
 from elocute.files.onnx_session import open_session
 from elocute.head.mesh import read_mesh

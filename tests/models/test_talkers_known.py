@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from elocute.animation import animate
-from elocute.audio.espeak import SpokenText, speak
-from elocute.audio.voice_settings import VoiceSettings
 from elocute.evaluation.lip_closures import CLOSED_MM
 from elocute.evaluation.phone_mouth_scores import LABIODENTAL_MM, labiodental_gap, mouth_class
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
+from elocute.speech import SpokenText, speak
+from elocute.speech.voices.settings import VoiceSettings
 
 FPS = 60.0
 MODELS = ("articulation", "talkers")

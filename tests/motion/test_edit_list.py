@@ -140,23 +140,24 @@ def test_what_is_no_json_is_refused(tmp_path: Path, text: str):
 )
 def test_an_edit_that_does_not_fit_names_itself(talk: Motion, edit: dict, told: str):
     with pytest.raises(MotionError, match=told) as refused:
-        talk.edited(listed({"edit": "offset", "seconds": 0}, edit))
+        with_edits(talk, listed({"edit": "offset", "seconds": 0}, edit))
     assert str(refused.value).startswith("edits: edits[1]: ")
 
 
 def test_an_empty_list_changes_nothing(talk: Motion):
-    edited = talk.edited(listed())
+    edited = with_edits(talk, listed())
     assert np.array_equal(edited.weights, talk.weights)
 
 
 def test_a_list_does_what_the_functions_do(talk: Motion):
     keys = [(0.5, 0.0), (1.0, 0.6)]
-    edited = talk.edited(
+    edited = with_edits(
+        talk,
         listed(
             {"edit": "curve", "curve": "browInnerUp", "keys": keys},
             {"edit": "gaze", "keys": [[0, [5, 10]]]},
             {"edit": "blinks", "add": [2.0]},
-        )
+        ),
     )
     wanted = with_blinks(with_gaze(with_shape(talk, "browInnerUp", keys), (5, 10)), [2.0])
     np.testing.assert_allclose(edited.weights, wanted.weights, atol=1e-6)
@@ -170,7 +171,7 @@ def test_kinds_are_applied_in_one_order_whatever_the_list(talk: Motion):
         {"edit": "amplitude", "regions": {"jaw": 1.5}},
         {"edit": "offset", "seconds": 0.1},
     ]
-    one, other = talk.edited(listed(*edits)), talk.edited(listed(*edits[::-1]))
+    one, other = with_edits(talk, listed(*edits)), with_edits(talk, listed(*edits[::-1]))
     assert one.frame_count == 200 and np.array_equal(one.weights, other.weights)
     start, stop = round(0.5 * 4 / 3 * FPS) + 1, round(0.9 * 4 / 3 * FPS) - 1
     assert openings_mm(one)[start:stop].max() <= 0.1
@@ -201,7 +202,7 @@ def test_amplitude_of_the_head_scales_its_turns(talk: Motion):
 
 def test_an_edit_comes_and_goes_within_its_window(talk: Motion):
     edit = {"edit": "amplitude", "regions": {"brows": 2}, "from": 1, "to": 2, "blend": 0.2}
-    raised = column(talk.edited(listed(edit)), "browInnerUp")
+    raised = column(with_edits(talk, listed(edit)), "browInnerUp")
     outside = np.r_[0:51, 100:150]
     np.testing.assert_allclose(raised[outside], 0.3, atol=1e-6)
     np.testing.assert_allclose(raised[60:90], 0.6, atol=1e-6)
@@ -210,7 +211,10 @@ def test_an_edit_comes_and_goes_within_its_window(talk: Motion):
 
 def test_keys_of_the_mouth_keep_contacts_unless_they_are_free(talk: Motion):
     edit = {"edit": "curve", "curve": "jawOpen", "keys": [[0, 0.5]]}
-    kept, free = talk.edited(listed(edit)), talk.edited(listed({**edit, "contacts": "free"}))
+    kept, free = (
+        with_edits(talk, listed(edit)),
+        with_edits(talk, listed({**edit, "contacts": "free"})),
+    )
     sealed = sealed_frames(talk)
     assert openings_mm(kept)[sealed].max() <= 0.1 < openings_mm(free)[sealed].max()
     np.testing.assert_allclose(column(kept, "jawOpen")[20:60], 0.5, atol=1e-6)
@@ -218,11 +222,11 @@ def test_keys_of_the_mouth_keep_contacts_unless_they_are_free(talk: Motion):
 
 def test_linear_and_smooth_keys_and_added_ones(talk: Motion):
     edit = {"edit": "curve", "curve": "browInnerUp", "keys": [[0, 0], [2, 0.8]]}
-    linear = column(talk.edited(listed({**edit, "between": "linear"})), "browInnerUp")
+    linear = column(with_edits(talk, listed({**edit, "between": "linear"})), "browInnerUp")
     np.testing.assert_allclose(linear[:100], 0.4 * np.arange(100) / FPS, atol=1e-5)
-    smooth = column(talk.edited(listed(edit)), "browInnerUp")
+    smooth = column(with_edits(talk, listed(edit)), "browInnerUp")
     assert smooth[5] < linear[5] and np.isclose(smooth[50], 0.4, atol=1e-3)
-    added = column(talk.edited(listed({**edit, "mode": "add"})), "browInnerUp")
+    added = column(with_edits(talk, listed({**edit, "mode": "add"})), "browInnerUp")
     np.testing.assert_allclose(added, np.minimum(1, smooth + 0.3), atol=1e-5)
 
 
@@ -266,12 +270,12 @@ def test_a_loop_ends_as_it_begins_in_value_and_speed(talk: Motion):
 
 def test_turns_of_the_head_are_added_or_replaced_within_a_window(talk: Motion):
     edit = {"edit": "head", "keys": [[0, [10, 0, 0]]]}
-    replaced = talk.edited(listed({**edit, "mode": "replace", "from": 1, "to": 2}))
+    replaced = with_edits(talk, listed({**edit, "mode": "replace", "from": 1, "to": 2}))
     assert talk.rotations is not None and replaced.rotations is not None
     assert np.allclose(replaced.rotations[:50], talk.rotations[:50], atol=1e-6)
     turns = np.degrees(to_axis_angle(replaced.rotations[75]))
     np.testing.assert_allclose(turns[:2], [[4, 0, 0], [6, 0, 0]], atol=1e-4)
-    added = talk.edited(listed(edit))
+    added = with_edits(talk, listed(edit))
     assert added.rotations is not None
     assert np.degrees(to_axis_angle(added.rotations[75]))[1, 1] > 8
 
@@ -281,13 +285,13 @@ def test_blinks_are_taken_out_where_they_are(talk: Motion):
     lids = column(without_blinks(two, [0.75]), "eyeBlinkLeft")
     assert lids[:60].max() < 1e-4 and np.array_equal(lids[60:], column(two, "eyeBlinkLeft")[60:])
     assert column(without_blinks(two), "eyeBlinkRight").max() == 0
-    edited = talk.edited(listed({"edit": "blinks", "remove": "all", "add": [1.5]}))
+    edited = with_edits(talk, listed({"edit": "blinks", "remove": "all", "add": [1.5]}))
     lids = column(edited, "eyeBlinkLeft")
     assert lids[35] < 1e-4 and lids[75] > 0.9
 
 
 def test_faces_follow_each_other(talk: Motion):
-    edited = talk.edited(listed({"edit": "face", "keys": [[0, "ada"], ["end", "7"]]}))
+    edited = with_edits(talk, listed({"edit": "face", "keys": [[0, "ada"], ["end", "7"]]}))
     assert any(name.startswith("identity") for name in edited.names)
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import soundfile
 
-from elocute.audio.espeak import has_espeak
+from elocute.speech.voices.espeak import has_espeak
 from tests.support.commands import python, run_python
 from tests.support.whisper import whisper_folder
 

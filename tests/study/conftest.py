@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("fastapi")
 pytest.importorskip("sqlalchemy")
 
-from elocute.study.stimuli import make_stimuli
+from elocute.study.stimuli.stimuli import make_stimuli
 from tests.study.studies import HEAD, QUICK, VIDEOS, Asker, served, two_folders
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from elocute.study.design import (
+from elocute.study.design.design import (
     Analysis,
     Assignment,
     Comparisons,

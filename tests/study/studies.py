@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from elocute.study.clip_file import write_clip
-from elocute.study.stimulus_sound import RATE
+from elocute.study.stimuli.clip_file import write_clip
+from elocute.study.stimuli.stimulus_sound import RATE
 from tests.support.commands import TIMEOUT_S
 
 FPS, SECONDS = 25, 1.2

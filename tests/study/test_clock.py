@@ -4,10 +4,10 @@ import contextlib
 
 import pytest
 
-from elocute.study.guard import SteadyClock
-from elocute.study.manifest import open_study
-from elocute.study.server import Serving, StudyService, read_texts
-from elocute.study.store import RefusedError, Store
+from elocute.study.serving.guard import SteadyClock
+from elocute.study.serving.server import Serving, StudyService, read_texts
+from elocute.study.serving.store import RefusedError, Store
+from elocute.study.stimuli.manifest import open_study
 
 
 @pytest.fixture

@@ -12,11 +12,11 @@ import pytest
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.motion.motion import Motion
-from elocute.study.clip_making import ClipMaking
-from elocute.study.design_file import read_design
-from elocute.study.stimuli import make_stimuli
-from elocute.study.stimulus_pictures import shown_motion
-from elocute.study.trials import Clip
+from elocute.study.design.design_file import read_design
+from elocute.study.design.trials import Clip
+from elocute.study.stimuli.clip_making import ClipMaking
+from elocute.study.stimuli.stimuli import make_stimuli
+from elocute.study.stimuli.stimulus_pictures import shown_motion
 from tests.study.studies import HEAD
 
 STUDIES = Path(__file__).parents[2] / "studies"

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from elocute.errors import StudyError
-from elocute.study.design_file import read_design
+from elocute.study.design.design_file import read_design
 from tests.study.studies import HEAD, VIDEOS
 
 ROOT = Path(__file__).parents[2]

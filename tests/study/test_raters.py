@@ -12,12 +12,12 @@ from elocute.audio.waveform import Waveform
 from elocute.errors import StudyError
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
-from elocute.study.crowd import Crowd, Truth, crowd_answers, seats_of
-from elocute.study.design import MISMATCHED
-from elocute.study.raters import Raters, Weights, blames, strength, timing_loss, watch_study
-from elocute.study.seen_faces import see
-from elocute.study.seen_mouths import HeardSound, SeenMouth, hear, look, people_seen
-from elocute.study.trials import test_trials as trials_of
+from elocute.study.design.design import MISMATCHED
+from elocute.study.design.trials import test_trials as trials_of
+from elocute.study.raters.crowd import Crowd, Truth, crowd_answers, seats_of
+from elocute.study.raters.raters import Raters, Weights, blames, strength, timing_loss, watch_study
+from elocute.study.raters.seen_faces import see
+from elocute.study.raters.seen_mouths import HeardSound, SeenMouth, hear, look, people_seen
 from tests.study.designs import design_of
 from tests.study.studies import HEAD
 from tests.support.commands import run_here

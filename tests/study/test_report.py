@@ -20,15 +20,15 @@ pytest.importorskip("statsmodels")
 
 from elocute.errors import OutputError, StudyError
 from elocute.evaluation.confidence_intervals import ConfidenceInterval
-from elocute.study.answers import COLUMNS, Answer, answers_text, write_answers
-from elocute.study.crowd import SYNC_BOUNDS_MS, SYNC_SD_MS, Crowd, crowd_answers, seats_of
-from elocute.study.design import Analysis, Assignment, Design
-from elocute.study.power import Plan, exact_power, plan_for, plan_study, power_with
-from elocute.study.report import NOT_PEOPLE, make_report
-from elocute.study.report_files import table_csv, table_latex, write_report
-from elocute.study.report_page import page_text
-from elocute.study.report_parts import Report, Section, Table
-from elocute.study.sync_curves import SyncCurve, fit_sync_curve
+from elocute.study.design.design import Analysis, Assignment, Design
+from elocute.study.design.power import Plan, exact_power, plan_for, plan_study, power_with
+from elocute.study.raters.crowd import SYNC_BOUNDS_MS, SYNC_SD_MS, Crowd, crowd_answers, seats_of
+from elocute.study.report.answers import COLUMNS, Answer, answers_text, write_answers
+from elocute.study.report.report import NOT_PEOPLE, make_report
+from elocute.study.report.report_files import table_csv, table_latex, write_report
+from elocute.study.report.report_page import page_text
+from elocute.study.report.report_parts import Report, Section, Table
+from elocute.study.statistics.sync_curves import SyncCurve, fit_sync_curve
 from tests.study.designs import design_of
 from tests.support.commands import run_here
 
@@ -428,7 +428,7 @@ def test_what_cannot_be_done_is_told_in_one_line(study, tmp_path, monkeypatch, w
 
 
 def test_a_table_of_another_suffix_is_reported_alike(study, tmp_path):
-    from elocute.study.design_file import read_design
+    from elocute.study.design.design_file import read_design
 
     design = read_design(study)
     answers = crowd_answers(design, Crowd(), seats_of(design, 5), 1)

@@ -11,9 +11,9 @@ import pytest
 
 pytest.importorskip("matplotlib")
 
-from elocute.study.crowd import Crowd, crowd_answers, seats_of
-from elocute.study.report import make_report
-from elocute.study.report_page import page_text
+from elocute.study.raters.crowd import Crowd, crowd_answers, seats_of
+from elocute.study.report.report import make_report
+from elocute.study.report.report_page import page_text
 from tests.study.designs import design_of
 from tests.support.browser import headless_browser
 

@@ -10,8 +10,8 @@ import sys
 
 import pytest
 
-from elocute.study.answers import read_answers
-from elocute.study.server import PAGES
+from elocute.study.report.answers import read_answers
+from elocute.study.serving.server import PAGES
 from tests.study.studies import Asker, served
 from tests.support.commands import TIMEOUT_S
 

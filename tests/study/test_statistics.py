@@ -7,11 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from elocute.study.agreement import alpha_interval, krippendorff_alpha
-from elocute.study.bradley_terry import connected, fit_bradley_terry
-from elocute.study.mixed_logit import fit_mixed_logit, marginal_share
-from elocute.study.proportions import binomial_p, corrected, equivalence_p, wilson_interval
-from elocute.study.two_way import mean_over, two_way_covariance
+from elocute.study.statistics.agreement import alpha_interval, krippendorff_alpha
+from elocute.study.statistics.bradley_terry import connected, fit_bradley_terry
+from elocute.study.statistics.mixed_logit import fit_mixed_logit, marginal_share
+from elocute.study.statistics.proportions import (
+    binomial_p,
+    corrected,
+    equivalence_p,
+    wilson_interval,
+)
+from elocute.study.statistics.two_way import mean_over, two_way_covariance
 
 # Bovine pleuropneumonia (Lesnoff et al. 2004), as lme4 has it: herd, cases, size, period.
 HERDS = """1 2 14 1,1 3 12 2,1 4 9 3,1 0 5 4,2 3 22 1,2 1 18 2,2 1 21 3,3 8 22 1,3 2 16 2,3 0 16 3,

@@ -12,11 +12,11 @@ import pytest
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import OutputError, StudyError
-from elocute.study.design_file import read_design
-from elocute.study.manifest import open_study
-from elocute.study.sources import inside, named_file, with_found_sounds
-from elocute.study.stimuli import make_stimuli
-from elocute.study.stimulus_sound import RATE, heard, level_of, voice_noise
+from elocute.study.design.design_file import read_design
+from elocute.study.stimuli.manifest import open_study
+from elocute.study.stimuli.sources import inside, named_file, with_found_sounds
+from elocute.study.stimuli.stimuli import make_stimuli
+from elocute.study.stimuli.stimulus_sound import RATE, heard, level_of, voice_noise
 from tests.study.studies import FLASHES_S, FPS, HEAD, QUICK, SECONDS, VIDEOS, flashing
 
 
@@ -84,7 +84,7 @@ def test_what_was_tampered_with_is_found_and_made_again(folders):
 
 
 def test_a_run_that_was_cut_off_goes_on(folders, monkeypatch):
-    from elocute.study import stimuli
+    from elocute.study.stimuli import stimuli
 
     make, count = stimuli._make_clip, 0
 
@@ -276,7 +276,7 @@ def test_a_plan_counts_what_a_pattern_finds(folders, capsys):
 
 
 def test_a_crowd_answers_what_a_pattern_finds(folders):
-    from elocute.study.answers import read_answers
+    from elocute.study.report.answers import read_answers
     from tests.support.commands import run_here
 
     made = folders / "answers.csv"

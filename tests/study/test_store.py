@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from elocute.errors import StudyError
-from elocute.study.design import (
+from elocute.study.design.design import (
     Assignment,
     Catch,
     Condition,
@@ -25,8 +25,8 @@ from elocute.study.design import (
     Study,
     Watching,
 )
-from elocute.study.store import DONE, STOPPED, RefusedError, Store, StoreError
-from elocute.study.trials import block_trials
+from elocute.study.design.trials import block_trials
+from elocute.study.serving.store import DONE, STOPPED, RefusedError, Store, StoreError
 
 SOUNDS = tuple(StimulusSound(f"s{n}", f"s{n}.wav") for n in range(4))
 DESIGN = Design(

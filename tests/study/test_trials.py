@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from elocute.study import trials
-from elocute.study.design import (
+from elocute.study.design import trials
+from elocute.study.design.design import (
     MISMATCHED,
     Assignment,
     Catch,
@@ -21,8 +21,8 @@ from elocute.study.design import (
     Study,
     Watching,
 )
-from elocute.study.design_file import read_design
-from elocute.study.trials import (
+from elocute.study.design.design_file import read_design
+from elocute.study.design.trials import (
     Clip,
     Pair,
     all_videos,

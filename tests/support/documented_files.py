@@ -290,8 +290,8 @@ def _study(place: Path) -> None:
 
 def answered(folder: Path) -> None:
     """Answers of four people, beside a study."""
-    from elocute.study.manifest import open_study
-    from elocute.study.store import Store
+    from elocute.study.serving.store import Store
+    from elocute.study.stimuli.manifest import open_study
 
     store = Store(open_study(folder).design, folder / "answers.db")
     for _ in range(4):

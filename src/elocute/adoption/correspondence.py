@@ -1,4 +1,4 @@
-"""The place on one face that belongs to each vertex of another lying over it.
+"""Finds for each vertex of a face the place on another that was laid over it.
 
 Lips touch and roll inwards, so the nearest point is often on the wrong lip or on the wrong side of
 the right one. Points are therefore compared in seven dimensions: place, normal, and a number that
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from elocute.adoption.face_lines import FaceLine
 from elocute.adoption.mesh_paths import EdgeGraph
 from elocute.array_types import Float64Array, IntArray
-from elocute.capture.registration.closest_points import closest_on_triangles, sample_triangles
 from elocute.head.normals import vertex_normals
+from elocute.registration.closest_points import closest_on_triangles, sample_triangles
 
 NORMAL_M = 0.008
 """A distance that counts as much as normals a radian apart."""

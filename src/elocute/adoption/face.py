@@ -1,4 +1,4 @@
-"""A head as adoption sees it: its skin, its landmarks, and the lines of its lips and lids."""
+"""A head as adoption needs it: its skin, its landmarks, and the lines of its lips and lids."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from elocute.adoption.correspondence import LabelledSurface, lip_sides
 from elocute.adoption.face_lines import FaceLine, lines_by_landmarks, lines_of_named_head
 from elocute.adoption.mesh_paths import EdgeGraph
 from elocute.array_types import Float64Array
-from elocute.capture.registration.template import Template
 from elocute.errors import HeadError
 from elocute.head.model import HeadModel
+from elocute.registration.template import Template
 
 
 @dataclass(frozen=True, eq=False)

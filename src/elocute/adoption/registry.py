@@ -1,4 +1,4 @@
-"""Any head by its name or file, with the shapes that speech models move."""
+"""Opens any head by name or file, with the shapes that speech models move."""
 
 from __future__ import annotations
 
@@ -9,14 +9,13 @@ from functools import lru_cache
 from pathlib import Path
 
 from elocute.errors import HeadError, MachineError
-from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
-from elocute.files.gltf_document import read_gltf
-from elocute.files.meshes import read_mesh_file
 from elocute.files.reading import path_of
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mesh import FILE_MAX_BYTES
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
+from elocute.meshes.gltf_document import SUFFIXES as CHARACTER_SUFFIXES, read_gltf
+from elocute.meshes.mesh_file import read_mesh_file
 
 FLAME_SUFFIX = ".pkl"
 KEPT = 2  # heads that stay in memory, so that a folder of recordings adopts one once

@@ -1,4 +1,4 @@
-"""A mesh's own glTF file with ARKit's 52 shapes in it: morph targets are added, the rest stays.
+"""Adds ARKit's 52 shapes to a mesh's own glTF file as morph targets; the rest stays.
 
 Nodes, joints, materials, pictures, extras and animations stay letter by letter; lips that stood
 apart get new positions, since they have to meet.
@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.adoption.own_mesh import MeshAdoption
+from elocute.adoption.mesh_without_shapes import MeshAdoption
 from elocute.array_types import Float64Array
 from elocute.errors import HeadError
-from elocute.files.draco_gltf import has_draco
-from elocute.files.gltf_additions import GltfAdditions
-from elocute.files.gltf_arrays import GltfArrays
-from elocute.files.gltf_document import GltfDocument
-from elocute.files.json_splices import with_value
-from elocute.files.mesh_part import MeshPart, PartOrigin
 from elocute.head.normals import morphed_normals
+from elocute.meshes.draco_gltf import has_draco
+from elocute.meshes.gltf_additions import GltfAdditions
+from elocute.meshes.gltf_arrays import GltfArrays
+from elocute.meshes.gltf_document import GltfDocument
+from elocute.meshes.json_splices import with_value
+from elocute.meshes.part import MeshPart, PartOrigin
 from elocute.motion.curves import ARKIT_NAMES
 
 STILL_M = 1e-6

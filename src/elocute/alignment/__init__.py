@@ -2,7 +2,6 @@
 
     align(views, method) -> Alignment           two or more sequences at once
     fit_aligner(pairs, method) -> Aligner       fitted over many pairs, then `align` for each
-    segment_words(sound, text)                  when each word of a text is said
 
 torch is imported by the three deep methods alone.
 """
@@ -14,60 +13,22 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.alignment.aligner import Aligner
-    from elocute.alignment.alignment import Alignment
-    from elocute.alignment.forced_alignment import SpokenWord, segment_words
-    from elocute.alignment.methods import METHODS, align, fit_aligner
-    from elocute.alignment.settings import (
-        AlignConfig,
-        CcaSoftConfig,
-        CtwConfig,
-        DcawConfig,
-        DctwConfig,
-        DtwConfig,
-        SoftDtwConfig,
+    from elocute.alignment.aligner import Aligner as Aligner
+    from elocute.alignment.alignment import Alignment as Alignment
+    from elocute.alignment.methods import (
+        METHODS as METHODS,
+        align as align,
+        fit_aligner as fit_aligner,
     )
-    from elocute.alignment.sound_views import speech_view
-    from elocute.alignment.word_times import TimedWord, TimedWords, read_words, write_words
+    from elocute.alignment.settings import (
+        AlignConfig as AlignConfig,
+        CcaSoftConfig as CcaSoftConfig,
+        CtwConfig as CtwConfig,
+        DcawConfig as DcawConfig,
+        DctwConfig as DctwConfig,
+        DtwConfig as DtwConfig,
+        SoftDtwConfig as SoftDtwConfig,
+    )
+    from elocute.alignment.sound_views import speech_view as speech_view
 
-__all__ = [
-    "METHODS",
-    "AlignConfig",
-    "Aligner",
-    "Alignment",
-    "CcaSoftConfig",
-    "CtwConfig",
-    "DcawConfig",
-    "DctwConfig",
-    "DtwConfig",
-    "SoftDtwConfig",
-    "SpokenWord",
-    "TimedWord",
-    "TimedWords",
-    "align",
-    "fit_aligner",
-    "read_words",
-    "segment_words",
-    "speech_view",
-    "write_words",
-]
-__getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "aligner": ("Aligner",),
-        "alignment": ("Alignment",),
-        "forced_alignment": ("SpokenWord", "segment_words"),
-        "methods": ("METHODS", "align", "fit_aligner"),
-        "settings": (
-            "AlignConfig",
-            "CcaSoftConfig",
-            "CtwConfig",
-            "DcawConfig",
-            "DctwConfig",
-            "DtwConfig",
-            "SoftDtwConfig",
-        ),
-        "sound_views": ("speech_view",),
-        "word_times": ("TimedWord", "TimedWords", "read_words", "write_words"),
-    },
-)
+__getattr__, __dir__ = lazy(__name__, __file__)

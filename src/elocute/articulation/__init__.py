@@ -7,21 +7,13 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.articulation.driver import articulate
-    from elocute.articulation.style import STYLES, Style, mix_styles, parse_mix, resolve_style
+    from elocute.articulation.driver import articulate as articulate
+    from elocute.articulation.style import (
+        STYLES as STYLES,
+        Style as Style,
+        mix_styles as mix_styles,
+        parse_mix as parse_mix,
+        resolve_style as resolve_style,
+    )
 
-__all__ = [
-    "STYLES",
-    "Style",
-    "articulate",
-    "mix_styles",
-    "parse_mix",
-    "resolve_style",
-]
-__getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "driver": ("articulate",),
-        "style": ("STYLES", "Style", "mix_styles", "parse_mix", "resolve_style"),
-    },
-)
+__getattr__, __dir__ = lazy(__name__, __file__)

@@ -12,7 +12,7 @@ from elocute.articulation.phone_targets import (
     phone_dominances,
     phone_targets,
 )
-from elocute.audio.phones_and_visemes import PHONES, SILENCE
+from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 
 REACH_S = 0.30  # the kernel is below 1 % beyond this
 DIPHTHONG_S = 0.5  # a longer diphthong is looked at no further than this on both sides

@@ -1,4 +1,4 @@
-"""Where lips meet, decoded over a phrase: Viterbi over phones that last, instead of a threshold.
+"""Decodes where lips meet over a phrase: Viterbi over phones that last, instead of a threshold.
 
 p, b and m look alike and are one state; so are f and v. Every other phone is a state of its own, so
 a contact has to win against what else the sound may be. The path is found in windows at fixed rows:
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from elocute.array_types import FloatArray
 from elocute.articulation.contacts_and_rest import contact_evidence, runs
-from elocute.audio.phones_and_visemes import PHONES, SILENCE
+from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.numerics.lasting_states import best_paths
 from elocute.numerics.smoothing import smoothstep
 
@@ -97,7 +97,11 @@ def _scores(posteriors: FloatArray) -> NDArray[np.float32]:
 
 
 def decoded_contacts(
-    posteriors: FloatArray, rate: float, kind: int, first_row: int = 0
+    posteriors: FloatArray,
+    rate: float,
+    kind: int,
+    first_row: int = 0,
+    states: NDArray[np.int64] | None = None,
 ) -> list[Contact]:
     """Stretches in which lips meet each other, or the teeth.
 
@@ -111,6 +115,8 @@ def decoded_contacts(
         SEALED or AT_TEETH.
     first_row : int
         Where the first lies in the take.
+    states : (row,) int64, optional
+        What `contact_states` gives, where both kinds are asked for.
 
     Returns
     -------
@@ -121,9 +127,10 @@ def decoded_contacts(
     if not len(posteriors):
         return []
     evidence = contact_evidence(_pooled(posteriors, kind), posteriors[:, SILENCE])
+    states = contact_states(posteriors, first_row) if states is None else states
     likely = [
         (start, stop)
-        for start, stop in runs(contact_states(posteriors, first_row) == kind)
+        for start, stop in runs(states == kind)
         if evidence[max(0, start - BESIDE) : stop + BESIDE].sum() >= EVIDENCE_ROWS[kind]
     ]
     return _contacts(likely, evidence, posteriors, rate, kind, heard=True)

@@ -6,7 +6,6 @@ style. Contacts come last and win, because a lip that misses a p is seen at once
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,18 +26,14 @@ from elocute.articulation.contacts_and_rest import (
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.settings import AnimationSettings
 from elocute.articulation.style import Style
-from elocute.audio.phones_and_visemes import PHONES, SILENCE
-from elocute.encoders.protocol import FEATURE_RATE
+from elocute.encoders.phones_and_visemes import BILABIALS, LABIODENTALS, PHONES, SILENCE
 from elocute.errors import InputError
 from elocute.head.viseme_shapes import LABIODENTAL, VISEME_SHAPES
 from elocute.motion.curves import Curves
-from elocute.numerics.input_checks import check_kind, real_number
 from elocute.numerics.smoothing import smoothstep
 from elocute.one_line_repr import brief
 from elocute.settings import setting_of
 
-BILABIALS = ("P", "B", "M")
-LABIODENTALS = ("F", "V")
 # Curves that part the lips: a closure takes them away altogether.
 PARTING = (
     "mouthFunnel",
@@ -250,69 +245,6 @@ def _lay_contacts(
 def _limited(curves: dict[str, FloatArray], fps: float) -> Curves:
     table = np.stack(list(curves.values()), axis=1)
     return Curves(np.clip(table, 0, 1), tuple(curves), fps)
-
-
-def checked_phones(
-    phones: Sequence[tuple[float, float, str]],
-) -> Sequence[tuple[float, float, str]]:
-    """The same phones with their times. Raises InputError as `posteriors_from_phones` does."""
-    check_kind("phones", phones, list | tuple, "a list of (start s, end s, phone)")
-    for given in phones:
-        try:
-            start_s, end_s, phone = given
-        except (TypeError, ValueError):
-            raise InputError.about(
-                "phones", found=brief(given), allowed="(start s, end s, phone)"
-            ) from None
-        if not isinstance(phone, str) or phone not in PHONES:
-            raise InputError.about(
-                f"phone {brief(phone)}", found="unknown", allowed=" ".join(PHONES)
-            )
-        start, end = real_number(start_s), real_number(end_s)
-        if start is None or end is None or not 0 <= start <= end:
-            raise InputError.about(
-                f"phone {phone!r}",
-                found=f"times {brief(start_s)} to {brief(end_s)}",
-                allowed="0 <= start <= end",
-            )
-    return phones
-
-
-def posteriors_from_phones(
-    phones: list[tuple[float, float, str]], duration_s: float, rate: float = FEATURE_RATE
-) -> FloatArray:
-    """Log-posteriors of phones whose times are known.
-
-    Parameters
-    ----------
-    phones : list of (float, float, str)
-        Start in s, end in s, ARPAbet phone without stress. What nothing covers is silence; a row
-        that two phones share is split between them.
-    duration_s : float
-        Of the sound.
-    rate : float
-        Rows per second.
-
-    Returns
-    -------
-    (row, 40) float32
-        Natural logarithms.
-
-    Raises
-    ------
-    InputError
-        For an unknown phone, or times that run backwards.
-    """
-    count = max(1, int(np.ceil(duration_s * rate)))
-    shares = np.zeros((count, len(PHONES)))
-    centres = np.arange(count) / rate
-    for start_s, end_s, phone in checked_phones(phones):
-        half = 0.5 / rate
-        overlap = np.minimum(end_s, centres + half) - np.maximum(start_s, centres - half)
-        shares[:, PHONES.index(phone)] += np.clip(overlap * rate, 0, 1)
-    shares[:, PHONES.index("SIL")] += np.clip(1 - shares.sum(axis=1), 0, 1)
-    shares /= shares.sum(axis=1, keepdims=True)
-    return np.log(np.maximum(shares, 1e-6)).astype(np.float32)
 
 
 def _contact(

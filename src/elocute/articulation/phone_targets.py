@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.audio.phones_and_visemes import PHONES
+from elocute.encoders.phones_and_visemes import PHONES
 from elocute.head.viseme_shapes import VISEME_SHAPES
 
 # Curves move in four groups, each with its own dominance.

@@ -27,96 +27,42 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.capture.registration.register import (
-        Registration,
-        register_neutral,
-        register_nonrigid,
-        register_scan,
-    )
-    from elocute.capture.registration.template import Template
-    from elocute.capture.scans.landmark_detection import mediapipe_landmarks
-    from elocute.capture.scans.landmarks import (
-        Landmarks,
-        no_landmarks,
-        read_landmarks,
-        write_landmarks,
-    )
-    from elocute.capture.scans.scan import Scan
-    from elocute.capture.scans.scan_checks import check_scans
-    from elocute.capture.scans.scan_file import read_scan, write_scan
+    from elocute.capture.scans.landmark_detection import mediapipe_landmarks as mediapipe_landmarks
+    from elocute.capture.scans.scan_checks import check_scans as check_scans
     from elocute.capture.scans.scan_sequence import (
-        ScanSequence,
-        SequenceMetadata,
-        find_sequences,
-        open_sequence,
+        ScanSequence as ScanSequence,
+        SequenceMetadata as SequenceMetadata,
+        find_sequences as find_sequences,
+        open_sequence as open_sequence,
     )
-    from elocute.capture.scans_to_corpus import capture_scans
-    from elocute.capture.sequence_tracking import SequenceResult
-    from elocute.capture.settings import BatchSettings, FaceRichness, Scanner
+    from elocute.capture.scans_to_corpus import capture_scans as capture_scans
+    from elocute.capture.sequence_tracking import SequenceResult as SequenceResult
+    from elocute.capture.settings import (
+        BatchSettings as BatchSettings,
+        FaceRichness as FaceRichness,
+        Scanner as Scanner,
+    )
     from elocute.capture.simulation.rich_faces.rich_face import (
-        RichFace,
-        RichTake,
-        take_from_sound,
+        RichFace as RichFace,
+        RichTake as RichTake,
+        take_from_sound as take_from_sound,
     )
-    from elocute.capture.simulation.scan_simulator import simulate_scans
-    from elocute.capture.video_to_corpus import write_video_corpus
+    from elocute.capture.simulation.scan_simulator import simulate_scans as simulate_scans
+    from elocute.capture.video_to_corpus import write_video_corpus as write_video_corpus
+    from elocute.registration.landmarks import (
+        Landmarks as Landmarks,
+        no_landmarks as no_landmarks,
+        read_landmarks as read_landmarks,
+        write_landmarks as write_landmarks,
+    )
+    from elocute.registration.register import (
+        Registration as Registration,
+        register_neutral as register_neutral,
+        register_nonrigid as register_nonrigid,
+        register_scan as register_scan,
+    )
+    from elocute.registration.scan import Scan as Scan
+    from elocute.registration.scan_file import read_scan as read_scan, write_scan as write_scan
+    from elocute.registration.template import Template as Template
 
-__all__ = [
-    "BatchSettings",
-    "FaceRichness",
-    "Landmarks",
-    "Registration",
-    "RichFace",
-    "RichTake",
-    "Scan",
-    "ScanSequence",
-    "Scanner",
-    "SequenceMetadata",
-    "SequenceResult",
-    "Template",
-    "capture_scans",
-    "check_scans",
-    "find_sequences",
-    "mediapipe_landmarks",
-    "no_landmarks",
-    "open_sequence",
-    "read_landmarks",
-    "read_scan",
-    "register_neutral",
-    "register_nonrigid",
-    "register_scan",
-    "simulate_scans",
-    "take_from_sound",
-    "write_landmarks",
-    "write_scan",
-    "write_video_corpus",
-]
-__getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "registration.register": (
-            "Registration",
-            "register_neutral",
-            "register_nonrigid",
-            "register_scan",
-        ),
-        "registration.template": ("Template",),
-        "scans.landmark_detection": ("mediapipe_landmarks",),
-        "scans.landmarks": ("Landmarks", "no_landmarks", "read_landmarks", "write_landmarks"),
-        "scans.scan": ("Scan",),
-        "scans.scan_checks": ("check_scans",),
-        "scans.scan_file": ("read_scan", "write_scan"),
-        "scans.scan_sequence": (
-            "ScanSequence",
-            "SequenceMetadata",
-            "find_sequences",
-            "open_sequence",
-        ),
-        "scans_to_corpus": ("capture_scans",),
-        "sequence_tracking": ("SequenceResult",),
-        "settings": ("BatchSettings", "FaceRichness", "Scanner"),
-        "simulation.rich_faces.rich_face": ("RichFace", "RichTake", "take_from_sound"),
-        "simulation.scan_simulator": ("simulate_scans",),
-        "video_to_corpus": ("write_video_corpus",),
-    },
-)
+__getattr__, __dir__ = lazy(__name__, __file__)

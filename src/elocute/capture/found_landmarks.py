@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from elocute.array_types import Float64Array
-from elocute.capture.registration.register import locate_head
 from elocute.capture.scans.landmark_detection import LandmarkDetector, detect_landmarks
-from elocute.capture.scans.landmarks import Landmarks, no_landmarks
-from elocute.capture.scans.scan import Scan, checked_scan
 from elocute.errors import CaptureError
 from elocute.head.model import HeadModel
 from elocute.numerics.quaternions import to_matrices
+from elocute.registration.landmarks import Landmarks, no_landmarks
+from elocute.registration.register import locate_head
+from elocute.registration.scan import Scan, checked_scan
 
 
 def find_landmarks(head: HeadModel, scan: Scan, detector: LandmarkDetector) -> Landmarks:

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registration.accuracy import SurfaceError
-from elocute.capture.registration.model_fit import ModelParameters
-from elocute.capture.registration.register import Registration
-from elocute.capture.registration.zero_pose import HeadPose
 from elocute.errors import CaptureError, InputError
 from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import write_npz
 from elocute.files.json_records import finite_number, parse_json
+from elocute.registration.accuracy import SurfaceError
+from elocute.registration.model_fit import ModelParameters
+from elocute.registration.register import Registration
+from elocute.registration.zero_pose import HeadPose
 
 VERSION = 1
 FILE_MAX_BYTES = 500_000_000

@@ -16,17 +16,17 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
 from elocute.capture.found_landmarks import find_landmarks
-from elocute.capture.registration.register import Registration, register_neutral
 from elocute.capture.scans import landmark_detection
-from elocute.capture.scans.landmarks import Landmarks, no_landmarks, read_landmarks
-from elocute.capture.scans.scan import Scan
-from elocute.capture.scans.scan_file import read_scan, unit_m
 from elocute.corpus.length_units import fitting_unit, is_head_sized, longest_side
 from elocute.errors import CaptureError, MachineError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.looks.dressing import dress
 from elocute.head.looks.look import Look
 from elocute.head.model import HeadModel
+from elocute.registration.landmarks import Landmarks, no_landmarks, read_landmarks
+from elocute.registration.register import Registration, register_neutral
+from elocute.registration.scan import Scan
+from elocute.registration.scan_file import read_scan, unit_m
 
 PIXELS = 1024
 SAMPLES = 20

@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.capture.registered_frames import FrameRecord, read_pose, read_zero
-from elocute.capture.registration.zero_pose import HeadPose, apply_pose
-from elocute.capture.scans.landmarks import Landmarks
-from elocute.capture.scans.scan import Scan, checked_scan
 from elocute.capture.sequence_tracking import SequenceResult, TrackedSequence
 from elocute.errors import CaptureError, MachineError
-from elocute.export.render import Camera, open_renderer, portrait
 from elocute.files.atomic import write_atomically
 from elocute.head.mesh import head_from_arrays
 from elocute.head.model import HeadModel
 from elocute.numerics.quaternions import to_matrices
+from elocute.registration.landmarks import Landmarks
+from elocute.registration.scan import Scan, checked_scan
+from elocute.registration.zero_pose import HeadPose, apply_pose
+from elocute.render import Camera, open_renderer, portrait
 
 RgbImage = NDArray[np.uint8]
 

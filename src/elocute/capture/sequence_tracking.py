@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -17,20 +19,22 @@ from elocute.capture.registered_frames import (
     read_zero,
     write_frame,
 )
-from elocute.capture.registration.register import (
-    Registration,
-    register_nonrigid,
-    register_scan,
-)
-from elocute.capture.registration.template import Template
-from elocute.capture.scans.landmarks import no_landmarks
 from elocute.capture.scans.scan_sequence import ScanSequence
 from elocute.capture.settings import BatchSettings
 from elocute.errors import ElocuteError
 from elocute.head.model import HeadModel
+from elocute.registration.landmarks import no_landmarks
+from elocute.registration.register import (
+    Registration,
+    register_nonrigid,
+    register_scan,
+)
+from elocute.registration.template import Template
 
 SETTINGS_VERSION = 5
 """Raise it when registration itself changes: frames made before are then made again."""
+CHUNK = 30
+"""Frames that one worker takes at a time; the first of them starts from scratch."""
 FLAGGED_MAX = 0.5
 """Share of frames beyond which a sequence is not worth filling in."""
 
@@ -92,21 +96,34 @@ class TrackedSequence:
     head: HeadModel
     folder: Path
     settings: BatchSettings = field(default_factory=BatchSettings)
+    _digests: dict[int, str] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def key(self) -> str:
-        """Identifies face and settings: frames made with another key are not resumed."""
+        """Identifies face and settings."""
         way = "" if self.settings.method == "model" else f"nicp {self.settings.adapted} "
         text = f"{SETTINGS_VERSION} {self.sequence.metadata.unit} {way}".encode()
         return hashlib.sha256(text + self.head.template.tobytes()).hexdigest()[:16]
+
+    def frame_key(self, number: int) -> str:
+        """Identifies all that a frame is made of: frames made with another key are not resumed.
+
+        Those before it in its chunk are part of that, since each starts from the one before.
+        """
+        place = bisect_left(self.numbers, number)
+        first = place if self.settings.method == "nicp" else place - place % CHUNK
+        for each in self.numbers[first : place + 1]:
+            if each not in self._digests:
+                self._digests[each] = self.sequence.digest(each)
+        text = self.key + "".join(self._digests[each] for each in self.numbers[first : place + 1])
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def path(self, number: int) -> Path:
         return self.folder / f"{number:06d}.npz"
 
     def records(self) -> dict[int, FrameRecord]:
         """Records by number, of the frames that are done."""
-        key = self.key
-        found = {number: read_frame_record(self.path(number), key) for number in self.numbers}
+        found = {n: read_frame_record(self.path(n), self.frame_key(n)) for n in self.numbers}
         return {number: record for number, record in found.items() if record is not None}
 
     @property
@@ -136,10 +153,11 @@ def track_frames(
     -------
     The records in order; bad frames are flagged.
     """
-    template, key = Template(track.head), track.key
+    template = Template(track.head)
     before: Registration | None = None
     records = []
     for number in numbers:
+        key = track.frame_key(number)
         record = read_frame_record(track.path(number), key)
         if record is None:
             record = _track_one(track, template, key, number, before)

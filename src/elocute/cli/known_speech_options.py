@@ -14,7 +14,7 @@ from elocute.cli.flags import in_flags
 from elocute.errors import InputError
 
 if TYPE_CHECKING:
-    from elocute.audio.speech_time_files import TimedSpeech
+    from elocute.speech.times.write import TimedSpeech
 
 TEXT_MAX_BYTES = 1_000_000
 Phones = typer.Option(
@@ -88,7 +88,7 @@ class KnownSpeechOptions:
                 "--recogniser", found="no --transcribe", allowed="a model beside it"
             )
         if self.transcribe:
-            from elocute.alignment.recogniser import DEFAULT_RECOGNISER, recogniser_folder
+            from elocute.speech.text.recogniser import DEFAULT_RECOGNISER, recogniser_folder
 
             recogniser_folder(self.recogniser or DEFAULT_RECOGNISER)
         for name in ("tier", "speaker"):
@@ -106,7 +106,7 @@ class KnownSpeechOptions:
 
     def read(self, sound: Path) -> dict[str, Any]:
         """As `animate` takes them. Raises InputError."""
-        from elocute.audio.speech_times import read_speech_times
+        from elocute.speech.times.read import read_speech_times
 
         phones = None
         if self.phones is not None:
@@ -124,7 +124,7 @@ class KnownSpeechOptions:
     def find_phones(self, sound: Path, **taken: Any) -> TimedSpeech:
         """When each phone of a recording is said; notes go to standard error. Raises
         ElocuteError. taken: channel, track and whether a part is taken."""
-        from elocute.timed_speech import find_phones
+        from elocute.speech.timed_phones import find_phones
 
         known = self.read(sound)
         found = find_phones(sound, times=known.pop("phones"), **known, **taken)
@@ -136,6 +136,6 @@ class KnownSpeechOptions:
     def _given_text(self) -> str | None:
         if self.text_file is None:
             return self.text
-        from elocute.audio.script_text import read_transcript
+        from elocute.speech.text.script_text import read_transcript
 
         return read_transcript(self.text_file, max_bytes=TEXT_MAX_BYTES)

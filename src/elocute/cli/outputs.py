@@ -63,8 +63,8 @@ def plan_motion(
     cut: bool = False,
 ) -> None:
     """Plan a motion of `source` as a file, with what is written beside it. Raises InputError."""
-    from elocute.export.background import background_file
     from elocute.export.registry import check_suffix, side_files
+    from elocute.render.background import background_file
 
     check_suffix(target)
     behind = background_file(settings_for_format(target, format_settings).get("background"))

@@ -11,9 +11,9 @@ import typer
 from elocute.errors import MachineError
 
 if TYPE_CHECKING:
-    from elocute.capture.scans.landmarks import Landmarks
-    from elocute.capture.scans.scan import Scan
     from elocute.head.model import HeadModel
+    from elocute.registration.landmarks import Landmarks
+    from elocute.registration.scan import Scan
 
 
 def need_scipy() -> None:
@@ -28,8 +28,8 @@ def known_landmarks(head: HeadModel, scan: Scan, file: Path | None, unit: str) -
     Raises CaptureError for a file that holds none.
     """
     from elocute.capture.scanned_head import detected_landmarks
-    from elocute.capture.scans.landmarks import read_landmarks
-    from elocute.capture.scans.scan_file import unit_m
+    from elocute.registration.landmarks import read_landmarks
+    from elocute.registration.scan_file import unit_m
 
     if file is not None:
         return read_landmarks(file, unit_m(unit))

@@ -10,7 +10,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from elocute.audio.voice_settings import VoiceSettings
 from elocute.cli.format_options import FormatSettings
 from elocute.cli.outputs import write_motion
 from elocute.cli.pipes import PIPE
@@ -18,16 +17,19 @@ from elocute.cli.takes import named_inputs
 from elocute.errors import InputError
 from elocute.files.output_plan import OutputPlan
 from elocute.files.reading import read_bytes
+from elocute.speech.voices.settings import VoiceSettings
 
 if TYPE_CHECKING:
     from elocute.animation import Animation
-    from elocute.audio.line_table import Line
+    from elocute.cli.line_table import Line
 
 
 def spoken_source(text: str, voice: VoiceSettings, settings: Mapping[str, Any]) -> str:
-    """What an output of a spoken text is made from, in one line: the same for the same take."""
+    """What an output of a spoken text or a row is made from: the same line for the same take."""
     told = json.dumps([" ".join(text.split()), asdict(voice), settings], default=str)
-    return f"the text {text[:40]!r} ({hashlib.sha256(told.encode()).hexdigest()[:12]})"
+    recording = settings.get("recording")
+    what = f"the recording {recording[0][:40]!r}" if recording else f"the text {text[:40]!r}"
+    return f"{what} ({hashlib.sha256(told.encode()).hexdigest()[:12]})"
 
 
 def plan_take(
@@ -76,10 +78,9 @@ class TableRun:
 
     def settings_of(self, line: Line) -> dict[str, Any]:
         """Those of the command, but for what the line says."""
-        names = ("style", "identity", "strength", "life", "mood")
-        own = {name: getattr(line, name) for name in names}
-        own["edits"] = self.file_of(line.edits, "edits", "an edit list")
-        return {**self.settings, **{n: v for n, v in own.items() if v not in ("", None)}}
+        edits = self.file_of(line.settings.get("edits", ""), "edits", "an edit list")
+        own = line.settings if edits is None else {**line.settings, "edits": edits}
+        return {**self.settings, **own}
 
 
 class FolderRun(TableRun):

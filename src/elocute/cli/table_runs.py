@@ -19,9 +19,9 @@ from elocute.cli.takes import check_character_formats
 from elocute.errors import OutputError, printable
 
 if TYPE_CHECKING:
-    from elocute.audio.line_table import Line, UnusableLine
-    from elocute.audio.voice_settings import VoiceSettings
+    from elocute.cli.line_table import Line, UnusableLine
     from elocute.jobs.pool import Pool
+    from elocute.speech.voices.settings import VoiceSettings
 
 
 def one_folder(output: list[Path]) -> Path:
@@ -53,7 +53,7 @@ def chosen_pool(jobs: int, address: str | None) -> Pool:
 
 def recorded_lines(table: Path, voice: VoiceSettings) -> list[Line | UnusableLine]:
     """The lines of a table of recordings; one that is to be spoken cannot be used here."""
-    from elocute.audio.line_table import Line, UnusableLine, read_lines
+    from elocute.cli.line_table import Line, UnusableLine, read_lines
 
     return [
         UnusableLine(
@@ -74,7 +74,7 @@ def run_lines(
     as_json: bool,
 ) -> None:
     """Make the takes of lines; the good ones also where others fail, which exits with 1."""
-    from elocute.audio.line_table import Line, UnusableLine
+    from elocute.cli.line_table import Line, UnusableLine
     from elocute.files.work_folder import no_empty_folder, prepare_folder
     from elocute.jobs.pool import FailedTask
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from elocute.array_types import Float64Array
-from elocute.audio.phones_and_visemes import PHONE_TO_VISEME, PHONES
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.phone_encoder import builtin_encoder
+from elocute.encoders.phones_and_visemes import PHONE_TO_VISEME, PHONES
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.numerics.smoothing import gaussian_smoothed
 

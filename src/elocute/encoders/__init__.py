@@ -1,4 +1,4 @@
-"""Sound to Features: the built-in phone encoder, filterbanks, DeepSpeech, speech transformers."""
+"""Speech encoders, from sound to Features: the trunk, filterbanks, DeepSpeech, transformers."""
 
 from __future__ import annotations
 
@@ -7,21 +7,11 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.encoders.phone_encoder import PhoneEncoder
-    from elocute.encoders.protocol import Encoder
-    from elocute.encoders.registry import encoder_names, resolve_encoder
+    from elocute.encoders.phone_encoder import PhoneEncoder as PhoneEncoder
+    from elocute.encoders.protocol import Encoder as Encoder
+    from elocute.encoders.registry import (
+        encoder_names as encoder_names,
+        resolve_encoder as resolve_encoder,
+    )
 
-__all__ = [
-    "Encoder",
-    "PhoneEncoder",
-    "encoder_names",
-    "resolve_encoder",
-]
-__getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "phone_encoder": ("PhoneEncoder",),
-        "protocol": ("Encoder",),
-        "registry": ("encoder_names", "resolve_encoder"),
-    },
-)
+__getattr__, __dir__ = lazy(__name__, __file__)

@@ -1,4 +1,4 @@
-"""The speech encoders `phones`, the trunk's second answer, and `trunk`, its middle layer."""
+"""The encoders `phones` (the trunk's phone posteriors) and `trunk` (its middle layer)."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from elocute.array_types import Float32Array
 from elocute.audio.features import Features
-from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.waveform import Waveform
+from elocute.encoders.phones_and_visemes import PHONES
 from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 from elocute.encoders.trunk import (
     AHEAD,

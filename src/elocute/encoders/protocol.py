@@ -12,6 +12,8 @@ from elocute.audio.waveform import SPEECH_RATE, Waveform
 
 FEATURE_RATE = 50.0
 """Hz; frame k stands at k / 50 s."""
+WEIGHTS_MAX_BYTES = 8_000_000_000
+"""Of the weights that an encoder from elsewhere may have."""
 
 
 class Encoder(Protocol):

@@ -19,7 +19,12 @@ import numpy as np
 from elocute.array_types import Float32Array
 from elocute.audio.features import Features
 from elocute.audio.waveform import SPEECH_RATE, Waveform
-from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
+from elocute.encoders.protocol import (
+    FEATURE_RATE,
+    WEIGHTS_MAX_BYTES,
+    as_features,
+    encoder_samples,
+)
 from elocute.errors import InputError
 from elocute.files.json_records import read_record
 
@@ -30,7 +35,6 @@ CONTEXT_FRAMES = 250
 """Attention's memory grows with the square of the length, so sound of more than 30 s is read in
 blocks of 30 s that see 5 s more on either side."""
 JSON_MAX_BYTES = 1_000_000
-WEIGHTS_MAX_BYTES = 8_000_000_000
 # What a folder may ask for: the largest published has 48 layers of 1920.
 LARGEST = {
     "hidden_size": 8192,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from elocute.array_types import Float32Array
-from elocute.encoders.speech_transformer import WEIGHTS_MAX_BYTES
+from elocute.encoders.protocol import WEIGHTS_MAX_BYTES
 from elocute.errors import InputError, MachineError
 from elocute.files.safetensors_header import read_tensor_header
 

@@ -9,9 +9,8 @@ import numpy as np
 
 from elocute.array_types import Float64Array
 from elocute.articulation.contacts_and_rest import runs
-from elocute.articulation.driver import BILABIALS
-from elocute.audio.phones_and_visemes import PHONES
 from elocute.audio.waveform import Waveform
+from elocute.encoders.phones_and_visemes import BILABIALS, PHONES
 from elocute.encoders.registry import resolve_encoder
 from elocute.errors import HeadError, InputError
 from elocute.evaluation.lip_closures import CLOSED_MM, TOLERANCE_S, short_runs

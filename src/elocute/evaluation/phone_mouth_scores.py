@@ -22,9 +22,7 @@ from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.numerics.correlation import pearson
-
-PhoneTimes = Sequence[tuple[float, float, str]]
-"""Start in s, end in s, and symbol of each phone, in order."""
+from elocute.speech.times.labels import Label
 
 LABIODENTAL_MM = 2.0  # lower lip this near the edge of the upper incisors touches it
 INCISORS_M = 0.007  # they lie no further than this from the middle of the face
@@ -106,7 +104,7 @@ class SpokenTake:
     """
 
     motion: Motion
-    phones: PhoneTimes
+    phones: Sequence[Label]
     reference: Motion | None = None
 
 
@@ -288,7 +286,7 @@ def _incisor_edge(head: HeadModel) -> NDArray[np.integer]:
 
 
 def count_contacts(
-    touching: NDArray[np.bool_], phones: PhoneTimes, wanted: str, fps: float
+    touching: NDArray[np.bool_], phones: Sequence[Label], wanted: str, fps: float
 ) -> ContactCount:
     """Contacts that phones ask for, and contacts made.
 
@@ -312,7 +310,7 @@ def count_contacts(
     return ContactCount(*map(int, _contacts(touching, kinds, wanted, silent, fps)))
 
 
-def silent_frames(phones: PhoneTimes, count: int, fps: float) -> NDArray[np.bool_]:
+def silent_frames(phones: Sequence[Label], count: int, fps: float) -> NDArray[np.bool_]:
     """(frame,) whether no phone is said, of as many frames as `count` says."""
     kinds = [(start, end, mouth_class(symbol)) for start, end, symbol in phones]
     return _silence(kinds, count, fps)

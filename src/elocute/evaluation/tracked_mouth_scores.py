@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
 from elocute.articulation.contacts_and_rest import REST_AFTER_S, runs
-from elocute.audio.phones_and_visemes import SILENCE
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE
 from elocute.encoders.phone_encoder import builtin_encoder
+from elocute.encoders.phones_and_visemes import SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.evaluation.lip_closures import CLOSED_MM, short_runs
 from elocute.evaluation.phone_mouth_scores import WIDE_TOLERANCE_S, mouth_class

@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
-from elocute.audio.speech_times import read_speech_times
 from elocute.corpus.importers.grid import FIELDS_MAX_BYTES
 from elocute.errors import InputError
 from elocute.files.array_reading import read_npz
 from elocute.files.json_records import finite_number, parse_json, read_record
 from elocute.one_line_repr import one_line
+from elocute.speech.times.read import read_speech_times
 
 SOUNDS = (".ogg", ".wav", ".flac", ".mp3", ".m4a", ".opus")
 MANIFEST, CLIPS = "manifest.json", "clips"

@@ -7,38 +7,25 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.export.arkit_csv import arkit_curves
-    from elocute.export.converted_curves import Conversion, convert_curves, write_curves
-    from elocute.export.curve_files import CurveFile, read_curves
-    from elocute.export.curves_json import read_json_curves
-    from elocute.export.options import GlbOptions, HtmlOptions, PictureOptions
-    from elocute.export.registry import WRITERS, Format, check_suffix, format_options, write
+    from elocute.export.arkit_csv import arkit_curves as arkit_curves
+    from elocute.export.converted_curves import (
+        Conversion as Conversion,
+        convert_curves as convert_curves,
+        write_curves as write_curves,
+    )
+    from elocute.export.curve_files import CurveFile as CurveFile, read_curves as read_curves
+    from elocute.export.curves_json import read_json_curves as read_json_curves
+    from elocute.export.options import (
+        GlbOptions as GlbOptions,
+        HtmlOptions as HtmlOptions,
+        PictureOptions as PictureOptions,
+    )
+    from elocute.export.registry import (
+        WRITERS as WRITERS,
+        Format as Format,
+        check_suffix as check_suffix,
+        format_options as format_options,
+        write as write,
+    )
 
-__all__ = [
-    "WRITERS",
-    "Conversion",
-    "CurveFile",
-    "Format",
-    "GlbOptions",
-    "HtmlOptions",
-    "PictureOptions",
-    "arkit_curves",
-    "check_suffix",
-    "convert_curves",
-    "format_options",
-    "read_curves",
-    "read_json_curves",
-    "write",
-    "write_curves",
-]
-__getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "arkit_csv": ("arkit_curves",),
-        "converted_curves": ("Conversion", "convert_curves", "write_curves"),
-        "curve_files": ("CurveFile", "read_curves"),
-        "curves_json": ("read_json_curves",),
-        "options": ("GlbOptions", "HtmlOptions", "PictureOptions"),
-        "registry": ("WRITERS", "Format", "check_suffix", "format_options", "write"),
-    },
-)
+__getattr__, __dir__ = lazy(__name__, __file__)

@@ -1,4 +1,4 @@
-"""What a character's own shapes do to its mouth, measured on the mesh in its file."""
+"""Measures what a character's own shapes do to its mouth, on the mesh in its file."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 
 from elocute.array_types import Float64Array, IntArray
 from elocute.errors import ElocuteError, HeadError
-from elocute.files.gltf_arrays import GltfArrays
-from elocute.files.mesh_parts import document_parts
 from elocute.head.character import Character, Control
+from elocute.meshes.gltf_arrays import GltfArrays
+from elocute.meshes.parts import document_parts
 from elocute.motion.control_fit import is_of_mouth
 from elocute.motion.mouth_seam import MeasuredMouth, find_mouth
 

@@ -1,4 +1,4 @@
-"""A motion of the built-in head as weights and turns of a character's own shapes and joints."""
+"""Converts a motion of the built-in head to weights and joint turns of a character."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array
 from elocute.export.character_mouth import measured_mouth, mouth_controls
-from elocute.files.gltf_nodes import NodeTree, rest_turn, without_matrix
 from elocute.head.character import Character, Control, Turn
+from elocute.meshes.gltf_nodes import NodeTree, rest_turn, without_matrix
 from elocute.motion.control_fit import fit_controls, is_of_mouth
 from elocute.motion.motion import Motion
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn

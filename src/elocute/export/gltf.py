@@ -27,8 +27,6 @@ from elocute.export.gltf_file import (
 )
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
-from elocute.export.render.parts import rounded_normals, strands
-from elocute.export.render.shading import finish_of, socket_shade
 from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.soundtrack import Sound, pack_sound, sound_source, write_wav
 from elocute.export.sunk_irises import sunk
@@ -46,6 +44,8 @@ from elocute.head.normals import (
 )
 from elocute.head.surface import Surface
 from elocute.motion.motion import Motion
+from elocute.render.parts import rounded_normals, strands
+from elocute.render.shading import finish_of, socket_shade
 
 NORMAL_STEP = 0.01  # changes of a unit normal below this are not stored
 DEEPEST_HAIR = 0.13  # linear share of its colour

@@ -1,4 +1,4 @@
-"""A talking animation in a character's own glTF file, which stays as it was otherwise.
+"""Adds a talking animation to a character's own glTF file; the rest stays as it was.
 
 What is added are items at the ends of lists (animation, accessors, buffer views) and bytes at the
 end of the buffer; every other letter of the JSON and every byte of the buffer stays where it was.
@@ -15,11 +15,11 @@ import numpy as np
 from elocute.errors import OutputError
 from elocute.export.character_weights import CharacterMotion, character_motion, told
 from elocute.export.soundtrack import Sound, pack_sound
-from elocute.files.gltf_additions import GltfAdditions
-from elocute.files.gltf_document import GltfDocument
-from elocute.files.gltf_nodes import without_matrix
-from elocute.files.json_splices import with_items, with_value
 from elocute.head.character import Character
+from elocute.meshes.gltf_additions import GltfAdditions
+from elocute.meshes.gltf_document import GltfDocument
+from elocute.meshes.gltf_nodes import without_matrix
+from elocute.meshes.json_splices import with_items, with_value
 from elocute.motion.motion import Motion
 
 NAME = "speech"

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from elocute.export.gltf_file import GltfFile
-from elocute.export.portable_pictures import portable_picture
 from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
+from elocute.render.portable_pictures import portable_picture
 
 ALPHA_CUTOFF = {"cutout": 0.5, "blend": 0.8}  # from where a surface hides what lies behind
 SAMPLER = {"magFilter": 9729, "minFilter": 9987}  # linear; linear between mipmaps

@@ -8,8 +8,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from elocute.audio.mouth_cue_files import caption_text, space_between
-from elocute.audio.timed_labels import Label
 from elocute.errors import MachineError, printable
 from elocute.export.gltf import glb_bytes
 from elocute.export.options import GlbOptions, HtmlOptions
@@ -18,6 +16,8 @@ from elocute.export.viewer_stage import viewer_stage, viewer_views
 from elocute.files.atomic import write_atomically
 from elocute.files.html_page import filled_page, script_bytes, script_json
 from elocute.motion.motion import Motion
+from elocute.speech.cues.files import caption_text, space_between
+from elocute.speech.times.labels import Label
 
 ASSETS = Path(__file__).parent / "assets"
 ALL_SHAPES = GlbOptions(profile="elocute")

@@ -1,4 +1,4 @@
-"""Identities of a head as files: a mesh for each face, or one contact sheet of all."""
+"""Writes identities of a head: a mesh for each face, or one contact sheet of all."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from elocute.errors import OutputError
 from elocute.export.contact_sheet import COLUMNS, contact_sheet
 from elocute.export.meshes import MESH_FORMATS
-from elocute.export.render import Renderer, open_renderer, picture_size, portrait
 from elocute.files.atomic import check_output, write_atomically, write_folder_atomically
 from elocute.head.looks.dressing import dress, wearable
 from elocute.head.looks.people import identity_look
 from elocute.head.model import HeadModel
+from elocute.render import Renderer, open_renderer, picture_size, portrait
 
 SHEET_MAX = 200  # faces on one picture
 

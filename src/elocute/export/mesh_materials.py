@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.export.portable_pictures import PortablePicture, portable_picture
 from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
+from elocute.render.portable_pictures import PortablePicture, portable_picture
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 
-from elocute.audio.timed_labels import Label
 from elocute.errors import ElocuteError
 from elocute.export.html import page_pieces
 from elocute.export.soundtrack import Sound, sound_duration_s
 from elocute.motion.motion import Motion
+from elocute.speech.times.labels import Label
 
 BYTES_MAX = 25_000_000
 """Of a page that is put into the notebook's own file."""

@@ -1,13 +1,13 @@
-"""What the writers of some formats may be told. Nothing here needs what writers need."""
+"""Options of the writers, in a module that needs nothing of what writers need."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from elocute.errors import OutputError
-from elocute.export.background import TRANSPARENT, check_background
-from elocute.export.render.backends_and_views import BACKENDS, FRAMINGS, QUALITIES, VIEWS
-from elocute.export.render.lights import RIGS
+from elocute.render.backends_and_views import BACKENDS, FRAMINGS, QUALITIES, VIEWS
+from elocute.render.background import TRANSPARENT, check_background
+from elocute.render.lights import RIGS
 from elocute.settings import check_settings, described, setting
 
 PROFILES = ("arkit", "elocute", "oculus", "vrm")

@@ -1,12 +1,12 @@
-"""A renderer as picture options ask for it: camera, lights and ground."""
+"""Sets up a renderer from picture options: camera, lights and ground."""
 
 from __future__ import annotations
 
-from elocute.export.background import read_backdrop
 from elocute.export.options import PictureOptions
-from elocute.export.render import Renderer, Stage, open_renderer, portrait
-from elocute.export.render.lights import RIGS
 from elocute.head.model import HeadModel
+from elocute.render import Renderer, Stage, open_renderer, portrait
+from elocute.render.background import read_backdrop
+from elocute.render.lights import RIGS
 
 
 def open_pictures(head: HeadModel, size: tuple[int, int], options: PictureOptions) -> Renderer:

@@ -1,4 +1,4 @@
-"""Irises sunk behind their corneas, for programs that do not bend the view at a cornea.
+"""Moves irises behind their corneas, for programs that do not refract the view at a cornea.
 
 The face of the eye keeps the cornea's normals, so highlights lie on it; only its places go back, to
 the depth at which the aqueous humour shows an iris. No program needs to know of it.
@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from elocute.array_types import Float32Array
-from elocute.export.render.shading import CORNEA_INDEX
 from elocute.head.model import HeadModel
+from elocute.render.shading import CORNEA_INDEX
 
 EYES = ("eyeLeft", "eyeRight")
 SEEN_ASLANT = np.pi / 4

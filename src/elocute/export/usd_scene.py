@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from elocute.array_types import Float32Array, FloatArray
-from elocute.export.portable_pictures import PortablePicture, portable_picture
 from elocute.export.shape_profiles import Targets
 from elocute.export.usd_text import identifier, matrix, numbers, quoted, samples, tokens, tuples
 from elocute.head.model import HeadModel
 from elocute.head.normals import linear_colors, morphed_normals, moved_vertices, vertex_normals
 from elocute.head.surface import Surface
 from elocute.motion.motion import Motion
+from elocute.render.portable_pictures import PortablePicture, portable_picture
 
 SKELETON = "/Head/Skeleton"
 NORMAL_STEP = 0.02  # changes of a unit normal below this are not stored

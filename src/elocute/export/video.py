@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import OutputError
-from elocute.export.alpha import spread_colours
 from elocute.export.options import PictureOptions
 from elocute.export.pictures import open_pictures
 from elocute.export.soundtrack import RATE, Sound, sound_blocks
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
+from elocute.render.alpha import spread_colours
 
 WAITING = 8  # frames between drawing and encoding
 

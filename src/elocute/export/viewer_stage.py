@@ -1,4 +1,4 @@
-"""What the viewer needs to draw a head as pictures show it: light, finishes, views."""
+"""Describes light, finishes and views to the viewer, so that it draws heads as pictures do."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 from elocute.export.gltf import corners_of
-from elocute.export.render import shading
-from elocute.export.render.backends_and_views import VIEWS
-from elocute.export.render.camera import FIELD_DEG, portrait
-from elocute.export.render.lights import RIGS, Triple
-from elocute.export.render.parts import Part, Parts
-from elocute.export.render.shadow import shadow_view
 from elocute.head.looks.folds import folds_of
 from elocute.head.model import HeadModel
 from elocute.head.mouth_opening import ENDS, LEAST_REACH_M, REACH
 from elocute.head.surface import EYE, Surface
+from elocute.render import shading
+from elocute.render.backends_and_views import VIEWS
+from elocute.render.camera import FIELD_DEG, portrait
+from elocute.render.lights import RIGS, Triple
+from elocute.render.parts import Part, Parts
+from elocute.render.shadow import shadow_view
 
 SHADOW_SIDE = 192
 """Pixels of the viewer's shadow: those of the fast profile."""

@@ -19,10 +19,10 @@ from elocute.files.atomic import write_atomically
 from elocute.head.builtin import load_builtin_head
 from elocute.head.character import Character
 from elocute.head.feeling_shapes import both_sides
+from elocute.head.gaze import gaze_reach
 from elocute.head.model import HeadModel
 from elocute.head.preset_shapes import VRM_FEELINGS, VRM_GAZE, VRM_LIDS, VRM_MOUTH
 from elocute.motion.curves import ARKIT_NAMES
-from elocute.motion.edits.gaze import gaze_reach
 from elocute.motion.motion import Motion
 
 EXTENSION = "VRMC_vrm"

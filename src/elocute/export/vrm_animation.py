@@ -18,8 +18,8 @@ from elocute.export.options import VrmaOptions
 from elocute.export.shape_profiles import Targets, target_shapes
 from elocute.export.vrm_body import add_body, bone_joints, standing
 from elocute.files.atomic import write_atomically
+from elocute.head.gaze import gaze_reach
 from elocute.head.preset_shapes import VRM_GAZE
-from elocute.motion.edits.gaze import gaze_reach
 from elocute.motion.motion import Motion
 from elocute.numerics.quaternions import from_axis_angle, multiply
 

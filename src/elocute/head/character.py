@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError
-from elocute.files.gltf_document import GltfDocument, gltf_document
 from elocute.files.json_records import as_record, finite_number, parse_json
+from elocute.meshes.gltf_document import GltfDocument, gltf_document
 
 VERSION = 1
 RECORD_MAX_BYTES = 20_000_000

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import HeadError
-from elocute.files.meshes import SUFFIXES as MESH_SUFFIXES
-from elocute.files.meshes import read_mesh_file
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
+from elocute.meshes.mesh_file import SUFFIXES as MESH_SUFFIXES, read_mesh_file
 
 FILE_MAX_BYTES = 500_000_000
 HEIGHT_RANGE_M = (0.12, 0.6)  # of a head with or without its neck

@@ -142,7 +142,7 @@ class HeadModel:
     character: Character | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        check_head(self)
+        check_head(vars(self))
 
     def __repr__(self) -> str:
         return (
@@ -292,7 +292,9 @@ class HeadModel:
             coefficients, f"head {self.name!r}", error=HeadError, allowed="coefficients, a row"
         )
         if coefficients.ndim != 1 or not np.isfinite(coefficients).all():
-            refuse(self, f"coefficients of shape {coefficients.shape}", "a row of finite numbers")
+            refuse(
+                vars(self), f"coefficients of shape {coefficients.shape}", "a row of finite numbers"
+            )
         if len(coefficients) > len(self.identity_basis):
             raise HeadError.about(
                 f"head {self.name!r}",

@@ -1,12 +1,10 @@
-"""Any head by its name or file: the built-in one, FLAME, a stored head, a mesh."""
+"""Opens any head by name or file: the built-in one, FLAME, a stored head, a mesh."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from elocute.errors import HeadError
-from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
-from elocute.files.meshes import SUFFIXES as MESH_SUFFIXES
 from elocute.files.reading import path_of
 from elocute.head.builtin import load_builtin_head
 from elocute.head.flame import load_flame
@@ -14,6 +12,8 @@ from elocute.head.flame_to_head import head_from_flame
 from elocute.head.mesh import head_from_mesh
 from elocute.head.model import HeadModel
 from elocute.head.store import load_head
+from elocute.meshes.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
+from elocute.meshes.mesh_file import SUFFIXES as MESH_SUFFIXES
 
 BUILTIN = "builtin"
 ALLOWED = f"{BUILTIN}, a FLAME model (.pkl), a head (.npz) or a mesh (.obj, .ply)"

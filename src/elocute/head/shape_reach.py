@@ -1,20 +1,33 @@
-"""How far shapes that are made for the mean face reach on another."""
+"""Scales shapes that are made for the mean face to another face."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from elocute.head.model import HeadModel
 
 ROUND_LIPS = ("mouthFunnel", "mouthPucker")
 """Shapes that draw the corners of the mouth in."""
 
 
-def shape_reach(head: HeadModel, template: NDArray[np.floating]) -> dict[str, NDArray[np.float32]]:
+class LidsAndCorners(Protocol):
+    """What of a HeadModel is measured here."""
+
+    @property
+    def template(self) -> NDArray[np.floating]: ...
+    @property
+    def regions(self) -> Mapping[str, NDArray[Any]]: ...
+    @property
+    def expression_names(self) -> tuple[str, ...]: ...
+    @property
+    def inner_corners(self) -> NDArray[Any]: ...
+
+
+def shape_reach(
+    head: LidsAndCorners, template: NDArray[np.floating]
+) -> dict[str, NDArray[np.float32]]:
     """Factors of the shapes that depend on the face: a blink shuts an eye that is wider open, round
     lips are as round from the corners of a wider mouth.
 
@@ -45,18 +58,18 @@ def shape_reach(head: HeadModel, template: NDArray[np.floating]) -> dict[str, ND
     return reach
 
 
-def has_lids(head: HeadModel, side: str) -> bool:
+def has_lids(head: LidsAndCorners, side: str) -> bool:
     """Whether a head names both lids of the eye `left` or `right`."""
     return all(len(head.regions.get(f"lid_{lid}_{side}", ())) for lid in ("upper", "lower"))
 
 
-def lid_gap(head: HeadModel, vertices: NDArray[np.floating], side: str) -> float:
+def lid_gap(head: LidsAndCorners, vertices: NDArray[np.floating], side: str) -> float:
     """Mean height of the upper lid over the lower one, m; linear in the vertices (vertex, 3)."""
     upper, lower = (vertices[head.regions[f"lid_{lid}_{side}"], 1] for lid in ("upper", "lower"))
     return float(upper.mean(dtype=np.float64) - lower.mean(dtype=np.float64))
 
 
-def _mouth_width(head: HeadModel, vertices: NDArray[np.floating]) -> float:
+def _mouth_width(head: LidsAndCorners, vertices: NDArray[np.floating]) -> float:
     """Between the inner corners of the lips, m."""
     one, other = vertices[head.inner_corners]
     return float(np.linalg.norm(one - other))

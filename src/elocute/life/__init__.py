@@ -7,23 +7,8 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.life.moods import MOODS, Mood, resolve_mood
-    from elocute.life.settings import Life, resolve_life
-    from elocute.life.stream import LifeStream
+    from elocute.life.moods import MOODS as MOODS, Mood as Mood, resolve_mood as resolve_mood
+    from elocute.life.settings import Life as Life, resolve_life as resolve_life
+    from elocute.life.stream import LifeStream as LifeStream
 
-__all__ = [
-    "MOODS",
-    "Life",
-    "LifeStream",
-    "Mood",
-    "resolve_life",
-    "resolve_mood",
-]
-__getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "moods": ("MOODS", "Mood", "resolve_mood"),
-        "settings": ("Life", "resolve_life"),
-        "stream": ("LifeStream",),
-    },
-)
+__getattr__, __dir__ = lazy(__name__, __file__)

@@ -1,4 +1,4 @@
-"""Life on a face: rows of motion laid over the curves of a mouth, and as turns of joints.
+"""Lays rows of life over the curves of a mouth, and makes joint rotations of them.
 
 What is laid over leaves the lips as they are where they meet: of the mouth's own shapes only a
 breath parts them, and only where the mouth rests.
@@ -13,6 +13,7 @@ import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array, FloatArray
 from elocute.errors import MotionError
+from elocute.head.joints import joint_index
 from elocute.head.model import HeadModel
 from elocute.life.director import (
     BLINK,
@@ -42,7 +43,6 @@ from elocute.life.prosody import ROW_RATE
 from elocute.life.settings import Life
 from elocute.life.stream import LifeStream
 from elocute.motion.curves import ARKIT_NAMES, Curves
-from elocute.motion.edits.pose import joint_index
 from elocute.numerics.quaternions import from_axis_angle, no_turn
 from elocute.numerics.resampling import frame_places, read_rows
 

@@ -12,11 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from elocute.array_types import Float32Array
-from elocute.articulation.known_phones import known_posteriors
 from elocute.audio.features import Features
-from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.audio.resampling_stream import ResamplingStream
 from elocute.audio.waveform import SPEECH_RATE, Waveform
+from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE, Encoder
 from elocute.encoders.trunk import (
     TrunkNetwork,
@@ -26,25 +25,27 @@ from elocute.encoders.trunk import (
 )
 from elocute.errors import InputError
 from elocute.models.protocol import FeatureStream, FeatureStreams, SpeechFeatures, SpeechModel
-
-PhoneTimes = list[tuple[float, float, str]]
-"""(start s, end s, ARPAbet phone)"""
-PhoneRefiner = Callable[[Float32Array, float], Float32Array]
-"""Takes the encoder's log-posteriors (row, 40) of a whole sound and its duration in s; gives better
-ones."""
+from elocute.speech.text.known_phones import known_posteriors
+from elocute.speech.times.labels import Label, PhoneRefiner
 
 
 class Hearing:
     """One pass of a trunk over a sound, and its phones as a stream, unless nobody asks for them."""
 
-    def __init__(self, network: TrunkNetwork, sample_rate: int, *, phones: bool = True) -> None:
+    def __init__(
+        self, network: TrunkNetwork, sample_rate: int, *, phones: bool = True, live: bool = False
+    ) -> None:
         self._resampled, self._kept = ResamplingStream(sample_rate, SPEECH_RATE), phones
-        self._trunk = TrunkStream(network)
+        self._trunk = TrunkStream(network, live=live)
         self.phones = HeardPhones()
 
     def push(self, samples: Float32Array) -> TrunkRows:
         """Take a block of sound; the rows that are certain now."""
         return self._answered(self._trunk.push(self._resampled.push(samples)))
+
+    def coming_phones(self) -> Float32Array:
+        """(row, 40) log-posteriors of what comes behind the last row that was given."""
+        return self._trunk.coming_phones
 
     def flush(self) -> TrunkRows:
         """End the sound: the rows that were waiting for more of it."""
@@ -137,7 +138,7 @@ class KnownPhoneStream:
 
     name, rate = "phones", FEATURE_RATE
 
-    def __init__(self, sample_rate: int, phones: PhoneTimes) -> None:
+    def __init__(self, sample_rate: int, phones: list[Label]) -> None:
         self._sample_rate, self._phones, self._samples = sample_rate, phones, 0
 
     def push(self, samples: Float32Array) -> Float32Array:
@@ -243,7 +244,7 @@ def extract_features(
     sound: Waveform | SoundBlocks,
     *,
     contacts: bool = True,
-    phones: PhoneTimes | PhoneRefiner | None = None,
+    phones: list[Label] | PhoneRefiner | None = None,
     progress: Progress | None = None,
 ) -> tuple[SpeechFeatures, float]:
     """The features of a whole sound, as a model needs them.
@@ -302,7 +303,7 @@ def extract_features(
     return speech, samples / source.sample_rate
 
 
-def _phone_stream(sample_rate: int, phones: PhoneTimes | PhoneRefiner) -> FeatureStream:
+def _phone_stream(sample_rate: int, phones: list[Label] | PhoneRefiner) -> FeatureStream:
     """A stream of what is known, or of what is made of what the encoder recognises."""
     if callable(phones):
         return RefinedPhoneStream(sample_rate, phones)

@@ -1,7 +1,8 @@
 """Live speech: blocks of sound in, frames of curves out, each as soon as it is certain.
 
 Features are kept for `HISTORY_S` behind the last frame, so that memory stays bounded; a frame is
-computed from that stretch exactly as it would be from the whole sound.
+computed from that stretch exactly as it would be from the whole sound. With a `lookahead` frames do
+not wait for all that bears on them: each is made from what is known so far, and is not taken back.
 """
 
 from __future__ import annotations
@@ -9,8 +10,9 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +24,14 @@ from elocute.articulation.style import Style
 from elocute.audio.features import Features
 from elocute.audio.waveform import check_rate, check_samples
 from elocute.errors import AudioError, InputError
+from elocute.head.builtin import load_builtin_head
+from elocute.head.identity import identity_choice, resolve_identity
 from elocute.life.director import CHANNELS
 from elocute.life.face import LivingFace, rows_of_frames
 from elocute.life.moods import Mood, resolve_mood
 from elocute.life.people import person_of
 from elocute.life.prosody import ROW_RATE
-from elocute.life.settings import Life, resolve_life
+from elocute.life.settings import resolve_life
 from elocute.life.stream import LifeStream
 from elocute.models.protocol import (
     FeatureStream,
@@ -38,6 +42,7 @@ from elocute.models.protocol import (
 )
 from elocute.models.registry import DEFAULT_MODEL, open_model
 from elocute.models.style_mixes import checked_style
+from elocute.models.take_settings import StreamOptions, StreamSettings
 from elocute.motion.curves import Curves
 from elocute.numerics.frame_rates import frame_rate
 from elocute.numerics.input_checks import (
@@ -45,14 +50,20 @@ from elocute.numerics.input_checks import (
     array_of,
     check_kind,
     real_number,
-    whole_number,
 )
 from elocute.numerics.quaternions import no_turn
 from elocute.numerics.resampling import frames_in
+from elocute.numerics.smoothing import smoothstep
 from elocute.one_line_repr import brief
-from elocute.settings import setting_of
+from elocute.settings import setting_of, taking
 
 INT16_SCALE = 1 / 32768
+EXACT = "exact"
+LOOKAHEAD_MAX_S = 10.0
+BEGIN_S = 0.3
+PIECES_PER_S = 50
+STILL = np.zeros((1, len(CHANNELS)), np.float32)
+"""A row of life before any was heard."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +124,8 @@ class CurveStream:
         "auto", or "off" for the model's bare output.
     mix : str
         "output" or "input", as `animate` takes it.
+    lookahead : float or str
+        How much later than its time a frame comes, s; "exact" waits for all that bears on it.
 
     Raises
     ------
@@ -131,15 +144,21 @@ class CurveStream:
         level: SoundLevel | None = None,
         contacts: str = "auto",
         mix: str = "output",
+        lookahead: float | str = EXACT,
     ) -> None:
-        check_animation_settings(fps, strength)
+        AnimationSettings(fps=fps, strength=strength, contacts=contacts, mix=mix)
         self._contacts = lays_contacts(contacts)
         self.model, self.fps = model, float(frame_rate(fps))
         self.sample_rate = check_rate("stream", sample_rate)
         self._style = model.style(checked_style(style), outputs=mixes_outputs(mix))
         self._strength = strength
         _check_level(level)
-        streams = model.feature_streams(self.sample_rate, contacts=self._contacts, level=level)
+        self._lookahead_s = _live_lookahead(model, lookahead)
+        self._live = self._lookahead_s is not None
+        streams = model.feature_streams(
+            self.sample_rate, contacts=self._contacts, level=level, live=self._live
+        )
+        self._coming_phones = streams.coming_phones
         self._features = _FeatureBuffer(streams.features)
         self._phones = None if streams.phones is None else _FeatureBuffer(streams.phones)
         self._samples = self._frames = 0
@@ -149,7 +168,12 @@ class CurveStream:
     @property
     def lookahead_s(self) -> float:
         """How much sound after its own time a frame waits for, s."""
-        return self.model.lookahead_s
+        return self.model.lookahead_s if self._lookahead_s is None else self._lookahead_s
+
+    @property
+    def is_live(self) -> bool:
+        """Whether frames are made from what is known so far."""
+        return self._live
 
     @property
     def frames_given(self) -> int:
@@ -186,10 +210,25 @@ class CurveStream:
         if self._ended:
             raise AudioError("stream: found sound after its end; allowed: a new stream")
         block = checked_block(samples, self.sample_rate, self._samples)
+        if not self._live:
+            return self._heard(block)
+        # Each piece gives one row or none, so that a frame knows as much however sound is cut.
+        size = self.sample_rate // PIECES_PER_S
+        pieces = np.split(block, range(size - self._samples % size, len(block), size))
+        made = [each for piece in pieces if (each := self._heard(piece)) is not None]
+        if not made:
+            return None
+        return replace(made[0], values=np.concatenate([each.values for each in made]))
+
+    def _heard(self, block: Float32Array) -> Curves | None:
+        """The frames that are certain, or can be made, with another block."""
         self._samples += len(block)
         for buffer in self._buffers:
             buffer.push(block)
-        certain_s = min(buffer.known_s for buffer in self._buffers) - self.model.decoder_lookahead_s
+        waiting_s = self.model.decoder_lookahead_s
+        if self._lookahead_s is not None:
+            waiting_s = self._lookahead_s - self.model.live_lookahead_s
+        certain_s = min(buffer.known_s for buffer in self._buffers) - waiting_s
         count = math.floor(certain_s * self.fps) + 1 - self._frames
         return self._answer(count) if count > 0 else None
 
@@ -222,8 +261,11 @@ class CurveStream:
 
     def _answer(self, count: int) -> Curves:
         span = FrameSpan(self._frames, count, self.fps)
-        phones = None if self._phones is None else self._phones.features
-        speech = SpeechFeatures(self._features.features, phones)
+        phones, live = None if self._phones is None else self._phones.features, self._live
+        if phones is not None and self._coming_phones is not None and not self._ended:
+            known = np.concatenate([phones.values, self._coming_phones()])
+            phones = replace(phones, values=known)
+        speech = SpeechFeatures(self._features.features, phones, live=live)
         curves = self.model.curves(
             speech, self._style, span, self._strength, contacts=self._contacts
         )
@@ -288,15 +330,19 @@ class Stream:
         self._lock = threading.RLock()
         self._waiting: list[Curves] = []
         self._life: LifeStream | None = None
-        self._rows, self._first_row = np.zeros((1, len(CHANNELS)), np.float32), 0
+        self._rows, self._first_row = STILL, 0
+        self._late = 0  # frames by which life follows a mouth that does not wait for it
         if face is not None and face.listens:
             self._life, self._rows = face.stream(curves.sample_rate), self._rows[:0]
+            if curves.is_live:
+                waited_s = self._life.lookahead_s - curves.lookahead_s
+                self._late = max(0, math.ceil(waited_s * curves.fps))
 
     @property
     def lookahead_s(self) -> float:
         """How much sound after its own time a frame waits for, s."""
-        waits = [self._curves.lookahead_s]
-        return max(waits if self._life is None else [*waits, self._life.lookahead_s])
+        mouth_s = self._curves.lookahead_s
+        return mouth_s if self._life is None or self._late else max(mouth_s, self._life.lookahead_s)
 
     def push(
         self, samples: NDArray[np.floating] | NDArray[np.int16], *, listen: bool = False
@@ -334,7 +380,7 @@ class Stream:
             return self._frames(self._curves.frames_given)
         self._rows = np.concatenate([self._rows, self._life.push(block, listen)])
         lively = (self._first_row + len(self._rows) - 1) * self._curves.fps / self._life.rate
-        return self._frames(min(self._curves.frames_given, math.floor(lively)))
+        return self._frames(min(self._curves.frames_given, math.floor(lively) + self._late))
 
     def flush(self) -> Iterator[Frame]:
         """End the sound.
@@ -369,12 +415,16 @@ class Stream:
         self._given = until
         curves, rotations = Curves(values[:count], names, fps), no_turn(count, 0)
         if self._face is not None:
-            rows = rows_of_frames(self._rows, self._first_row, first, count, fps)
+            heard = self._rows if len(self._rows) else STILL
+            rows = rows_of_frames(heard, self._first_row, first - self._late, count, fps)
+            if self._late:  # before anything is known of it, life begins slowly
+                known_s = (np.arange(first, first + count) - self._late) / fps
+                rows = rows * smoothstep(np.clip(known_s / BEGIN_S, 0, 1))[:, None]
             head = self._face.head
             curves = self._face.curves(curves, rows).select(head.expression_names)
             turned = self._face.rotations(rows)
             rotations = no_turn(count, len(head.joint_names)) if turned is None else turned
-            self._forget_before(math.floor(until * ROW_RATE / fps))
+            self._forget_before(math.floor((until - self._late) * ROW_RATE / fps))
         return iter(
             [
                 Frame((first + place) / fps, curves.names, row, turns)
@@ -392,53 +442,35 @@ class Stream:
         return f"Stream({self._curves.model.name}, {self._curves.fps:g} fps, {given} frames given)"
 
 
+@taking(StreamSettings)
 def stream(
     rate: int = 48000,
     model: str | Path = DEFAULT_MODEL,
     fps: float = 60.0,
     *,
-    style: str | Style = "plain",
-    strength: float = 1.0,
     level: SoundLevel | None = None,
-    contacts: str = "auto",
-    mix: str = "output",
-    life: float | str | Life = 1.0,
-    mood: str | Mood = "neutral",
-    seed: int = 0,
-    identity: str | int | Path = "mean",
+    lookahead: float | str = EXACT,
+    **settings: Unpack[StreamOptions],
 ) -> Stream:
     """Animate speech while it comes in.
 
     A frame has all curves of the built-in head, or of the model's own shapes. It comes out
-    `lookahead_s` after its time.
+    `lookahead_s` after its time. Curves fit any face; the identity says who lives in it.
 
     Parameters
     ----------
     rate : int
         Sample rate of the sound, Hz.
     model : str or Path
-        "articulation", "talkers", "voca", "crnn", or a trained model (.onnx).
+        A name of `elocute.models.model_names`, or a trained model (.onnx).
     fps : float
-        Frames per second, 1 to 240.
-    style : str or Style
-        A name, a mix, or a JSON file, as `animate` takes it.
-    strength : float
-        How far the mouth moves, 0 to 2.
+        Frames per second, 1 to 240; 29.97 is taken for 30000/1001.
     level : (float, float), optional
         Mean and peak of the whole sound, where known: the recurrent model normalises by them.
-    contacts : str
-        "auto" lays lip contacts and rests over by rule, "off" leaves the model's bare output.
-    mix : str
-        Where a trained model mixes styles, "output" or "input", as `animate` takes it.
-    life : float, str or Life
-        How much moves beside the mouth, as `animate` takes it.
-    mood : str or Mood
-        How the person feels, as `animate` takes it.
-    seed : int
-        Another take, as `animate` takes it: streams of other seeds do not blink together.
-    identity : str, int or Path
-        Who speaks, as `animate` takes it: people live each in their own way. Frames are curves,
-        which fit any face.
+    lookahead : float or str
+        How much later than its time a frame comes, s: 0.3 and more for "talkers", whose frames are
+        then made from what is known so far. "exact" waits for all that bears on a frame, 1.5 s, and
+        gives what `animate` gives.
 
     Returns
     -------
@@ -462,27 +494,38 @@ def stream(
         for frame in live.flush():
             ...
     """
-    from elocute.head.builtin import load_builtin_head
-    from elocute.head.identity import identity_choice, resolve_identity
 
-    alive, feeling = resolve_life(life), resolve_mood(mood)
-    check_animation_settings(fps, strength, seed)
-    fps = frame_rate(fps)
-    opened = open_model(model)
+    take = StreamSettings(model=model, fps=fps, **settings)
+    alive, feeling = resolve_life(take.life), resolve_mood(take.mood)
+    opened = open_model(take.model)
     curves = CurveStream(
         opened,
         rate,
-        fps=fps,
-        style=style,
-        strength=strength_in_mood(strength, feeling),
+        fps=frame_rate(take.fps),
+        style=take.style,
+        strength=strength_in_mood(take.strength, feeling),
         level=level,
-        contacts=contacts,
-        mix=mix,
+        contacts=take.contacts,
+        mix=take.mix,
+        lookahead=lookahead,
     )
-    person = person_of(resolve_identity(identity_choice(identity))).drawn(seed)
+    person = person_of(resolve_identity(identity_choice(take.identity))).drawn(take.seed)
     if not opened.makes_contacts:
         return Stream(curves, None)
     return Stream(curves, LivingFace(load_builtin_head(), alive, feeling, person))
+
+
+def _live_lookahead(model: SpeechModel, lookahead: float | str) -> float | None:
+    """A look-ahead in s, None where frames are exact. Raises InputError."""
+    if lookahead == EXACT:
+        return None
+    given, least = real_number(lookahead), model.live_lookahead_s
+    if given is None or not least <= given <= LOOKAHEAD_MAX_S:
+        allowed = f"exact ({model.name})"
+        if math.isfinite(least):
+            allowed = f"exact, or {math.ceil(100 * least) / 100:g} to {LOOKAHEAD_MAX_S:g} s"
+        raise InputError.about("`lookahead`", found=brief(lookahead), allowed=allowed)
+    return given
 
 
 def _check_level(level: SoundLevel | None) -> None:
@@ -496,32 +539,6 @@ def _check_level(level: SoundLevel | None) -> None:
         raise InputError.about(
             "level", found=brief(level), allowed="(mean, peak) of the sound, the peak above 0"
         )
-
-
-def check_animation_settings(fps: object, strength: object, seed: object = 0) -> None:
-    """Check a frame rate, a strength and a seed by AnimationSettings; NumPy's numbers are allowed.
-
-    Parameters
-    ----------
-    fps : float
-        Frames per second.
-    strength : float
-        How far the mouth moves.
-    seed : int
-        Of a take.
-
-    Raises
-    ------
-    InputError
-        For a number outside its range, and for anything but a number.
-    """
-    numbers = (real_number(fps), real_number(strength), whole_number(seed))
-    for name, value, number in zip(
-        ("fps", "strength", "seed"), (fps, strength, seed), numbers, strict=True
-    ):
-        known = setting_of(AnimationSettings, name)
-        if number is None or not known.holds(number):
-            raise InputError.about(f"`{name}`", found=brief(value), allowed=known.allowed)
 
 
 def strength_in_mood(strength: float, mood: Mood) -> float:

@@ -1,4 +1,4 @@
-"""From vertices back to the blendshape weights and joint rotations behind them."""
+"""Solves for blendshape weights and joint rotations from vertices."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from elocute.array_types import Float64Array
 from elocute.errors import MotionError
 from elocute.files.array_file import ArrayFile
+from elocute.head.joints import joint_index
 from elocute.head.model import HeadModel
-from elocute.motion.edits.pose import joint_index
 from elocute.motion.joint_jacobians import (
     ALL,
     Rig,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -179,27 +178,6 @@ class Motion:
         """
         worn = dressed(self.head)
         return self if worn is self.head else replace(self, head=worn)
-
-    def edited(self, edits: Any) -> Motion:
-        """The same motion with an edit list applied.
-
-        Parameters
-        ----------
-        edits : EditList, str, Path or mapping
-            As `elocute.motion.edits.with_edits` takes them.
-
-        Returns
-        -------
-        Motion
-
-        Raises
-        ------
-        MotionError
-            For a malformed list, and an edit that does not fit the motion.
-        """
-        from elocute.motion.edits.applying import with_edits
-
-        return with_edits(self, edits)
 
     def _check_frames(self, start: int, stop: int | None) -> None:
         bounds = (start, stop)

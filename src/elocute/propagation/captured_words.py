@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.alignment.word_times import read_words
 from elocute.array_types import Float32Array, Float64Array
 from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import Corpus
@@ -21,6 +20,7 @@ from elocute.errors import CorpusError
 from elocute.motion.motion import Motion
 from elocute.numerics.resampling import read_rows
 from elocute.numerics.ridge import ridge_projection
+from elocute.speech.text.word_times import read_words
 
 MARGIN_S = 0.05  # kept around a word, where its neighbours leave room: lips move before the sound
 

@@ -23,8 +23,12 @@ from elocute.array_types import Float32Array
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import open_corpus
-from elocute.corpus.shards import SHARD_NAME_PATTERN as SHARD_NAME
-from elocute.corpus.shards import ShardEntry, WordClip, write_shard
+from elocute.corpus.shards import (
+    SHARD_NAME_PATTERN as SHARD_NAME,
+    ShardEntry,
+    WordClip,
+    write_shard,
+)
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import AlignmentError, InputError, printable
 from elocute.files.atomic import write_atomically

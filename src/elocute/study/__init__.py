@@ -7,47 +7,23 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.study.answers import Answer, read_answers, write_answers
-    from elocute.study.crowd import crowd_answers, seats_of
-    from elocute.study.crowd_settings import Crowd
-    from elocute.study.design import Design
-    from elocute.study.design_file import read_design
-    from elocute.study.plan_settings import Plan
-    from elocute.study.power import plan_for, plan_study
-    from elocute.study.raters import Raters, Weights, watch_study
-    from elocute.study.report import make_report
-    from elocute.study.report_files import write_report
+    from elocute.study.design.design import Design as Design
+    from elocute.study.design.design_file import read_design as read_design
+    from elocute.study.design.plan_settings import Plan as Plan
+    from elocute.study.design.power import plan_for as plan_for, plan_study as plan_study
+    from elocute.study.raters.crowd import crowd_answers as crowd_answers, seats_of as seats_of
+    from elocute.study.raters.crowd_settings import Crowd as Crowd
+    from elocute.study.raters.raters import (
+        Raters as Raters,
+        Weights as Weights,
+        watch_study as watch_study,
+    )
+    from elocute.study.report.answers import (
+        Answer as Answer,
+        read_answers as read_answers,
+        write_answers as write_answers,
+    )
+    from elocute.study.report.report import make_report as make_report
+    from elocute.study.report.report_files import write_report as write_report
 
-__all__ = [
-    "Answer",
-    "Crowd",
-    "Design",
-    "Plan",
-    "Raters",
-    "Weights",
-    "crowd_answers",
-    "make_report",
-    "plan_for",
-    "plan_study",
-    "read_answers",
-    "read_design",
-    "seats_of",
-    "watch_study",
-    "write_answers",
-    "write_report",
-]
-__getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "answers": ("Answer", "read_answers", "write_answers"),
-        "crowd": ("crowd_answers", "seats_of"),
-        "crowd_settings": ("Crowd",),
-        "design": ("Design",),
-        "design_file": ("read_design",),
-        "plan_settings": ("Plan",),
-        "power": ("plan_for", "plan_study"),
-        "raters": ("Raters", "Weights", "watch_study"),
-        "report": ("make_report",),
-        "report_files": ("write_report",),
-    },
-)
+__getattr__, __dir__ = lazy(__name__, __file__)

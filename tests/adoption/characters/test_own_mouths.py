@@ -11,9 +11,9 @@ from elocute.animation import animate
 from elocute.errors import HeadError
 from elocute.export.character_mouth import measured_mouth
 from elocute.export.character_weights import character_motion
-from elocute.files.gltf_document import gltf_document
 from elocute.head.builtin import load_builtin_head
 from elocute.head.viseme_shapes import VISEME_SHAPES
+from elocute.meshes.gltf_document import gltf_document
 from elocute.motion.control_fit import builtin_mouth, fit_controls
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.mouth_seam import SHARES, find_mouth

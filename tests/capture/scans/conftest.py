@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from elocute.audio.waveform import Waveform
-from elocute.capture.registration.register import Registration, register_neutral
-from elocute.capture.registration.template import Template
-from elocute.capture.scans.landmarks import no_landmarks
-from elocute.capture.scans.scan import Scan, checked_scan
 from elocute.capture.scans.scan_sequence import SequenceMetadata
 from elocute.capture.simulation.scan_simulator import Scanner, ScanSimulator, simulate_scans
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
+from elocute.registration.landmarks import no_landmarks
+from elocute.registration.register import Registration, register_neutral
+from elocute.registration.scan import Scan, checked_scan
+from elocute.registration.template import Template
 
 FRAMES, FPS, POINTS = 6, 20.0, 15_000
 

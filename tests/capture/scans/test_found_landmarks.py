@@ -12,14 +12,14 @@ import pytest
 
 from elocute.capture.found_landmarks import find_landmarks
 from elocute.capture.scans.landmark_detection import _landmark_shares, detect_landmarks
-from elocute.capture.scans.landmarks import read_landmarks
-from elocute.capture.scans.scan import Scan
 from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
 from elocute.capture.video.face_mesh_points import builtin_face_points
 from elocute.head.identity import sample_identity
 from elocute.head.model import HeadModel
 from elocute.motion.edits import cut
 from elocute.motion.motion import Motion
+from elocute.registration.landmarks import read_landmarks
+from elocute.registration.scan import Scan
 from tests.support.commands import refused, run_here
 
 HAS_MEDIAPIPE = importlib.util.find_spec("mediapipe") is not None

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from elocute.capture.scans.landmarks import read_landmarks
 from elocute.errors import CaptureError
+from elocute.registration.landmarks import read_landmarks
 
 POINTS = np.random.default_rng(0).random((68, 3)).round(6)
 PARTS = {

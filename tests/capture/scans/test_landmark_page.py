@@ -16,12 +16,12 @@ from selenium.webdriver.support.ui import WebDriverWait
 
 from elocute.capture.scans.landmark_names import KEY_LANDMARKS, LANDMARK_NAMES
 from elocute.capture.scans.landmark_page import write_landmark_page
-from elocute.capture.scans.landmarks import GOOD_MIN, read_landmarks
-from elocute.capture.scans.scan import Scan
-from elocute.capture.scans.scan_file import read_scan, write_scan
 from elocute.errors import CaptureError, OutputError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identities
+from elocute.registration.landmarks import GOOD_MIN, read_landmarks
+from elocute.registration.scan import Scan
+from elocute.registration.scan_file import read_scan, write_scan
 from tests.support.browser import PATIENCE_S, headless_browser, open_viewer
 
 # Where a place of the file's frame is in the window, in pixels.

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elocute.capture.scans.landmarks import Landmarks, read_landmarks, write_landmarks
-from elocute.capture.scans.scan import Scan, checked_scan
-from elocute.capture.scans.scan_file import read_scan, write_scan
 from elocute.capture.scans.scan_sequence import find_sequences, open_sequence
 from elocute.errors import CaptureError
+from elocute.registration.landmarks import Landmarks, read_landmarks, write_landmarks
+from elocute.registration.scan import Scan, checked_scan
+from elocute.registration.scan_file import read_scan, write_scan
 
 
 def test_ply_round_trip_keeps_points_triangles_and_colours(tmp_path: Path, scans: list[Scan]):

@@ -7,28 +7,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from elocute.capture.registration.accuracy import correspondence_mm, surface_error
-from elocute.capture.registration.closest_points import (
+from elocute.capture.simulation.scan_simulator import ScanSimulator
+from elocute.errors import CaptureError
+from elocute.head.model import HeadModel
+from elocute.numerics.quaternions import from_axis_angle
+from elocute.registration.accuracy import correspondence_mm, surface_error
+from elocute.registration.closest_points import (
     CoarseMesh,
     DenseMesh,
     closest_on_triangles,
     sample_triangles,
 )
-from elocute.capture.registration.nonrigid_icp import NonrigidIcp
-from elocute.capture.registration.register import (
+from elocute.registration.landmarks import Landmarks, no_landmarks
+from elocute.registration.nonrigid_icp import NonrigidIcp
+from elocute.registration.register import (
     Registration,
     register_neutral,
     register_nonrigid,
     register_scan,
 )
-from elocute.capture.registration.template import Template, adaptive_template
-from elocute.capture.registration.zero_pose import HeadPose, apply_pose, remove_pose
-from elocute.capture.scans.landmarks import Landmarks, no_landmarks
-from elocute.capture.scans.scan import Scan
-from elocute.capture.simulation.scan_simulator import ScanSimulator
-from elocute.errors import CaptureError
-from elocute.head.model import HeadModel
-from elocute.numerics.quaternions import from_axis_angle
+from elocute.registration.scan import Scan
+from elocute.registration.template import Template, adaptive_template
+from elocute.registration.zero_pose import HeadPose, apply_pose, remove_pose
 
 
 def apart_mm(head: HeadModel, vertices: np.ndarray, truth: np.ndarray) -> float:

@@ -11,13 +11,13 @@ from scipy.spatial import KDTree
 
 from elocute.animation import animate
 from elocute.capture.scanned_head import joined_lips, scanned_head
-from elocute.capture.scans.landmarks import Landmarks, no_landmarks, write_landmarks
-from elocute.capture.scans.scan_file import write_scan
 from elocute.errors import CaptureError
 from elocute.evaluation.lip_closures import CLOSED_MM
 from elocute.head.store import load_head, save_head
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.store import load_motion, save_motion
+from elocute.registration.landmarks import Landmarks, no_landmarks, write_landmarks
+from elocute.registration.scan_file import write_scan
 from tests.support.commands import one_line, run_here
 
 

@@ -10,21 +10,21 @@ import numpy as np
 import pytest
 
 from elocute.array_types import Float64Array, FloatArray
-from elocute.capture.registration import register
-from elocute.capture.registration.accuracy import scan_distances, scan_noise_mm
-from elocute.capture.registration.initial_pose import initial_poses
-from elocute.capture.registration.register import Registration, register_neutral
-from elocute.capture.registration.template import Template
-from elocute.capture.registration.zero_pose import HeadPose
-from elocute.capture.scans.landmarks import Landmarks, no_landmarks, write_landmarks
-from elocute.capture.scans.scan import Scan, checked_scan
-from elocute.capture.scans.scan_file import write_scan
 from elocute.capture.simulation.scan_simulator import Scanner, ScanSimulator
 from elocute.errors import CaptureError
 from elocute.head.mesh import read_mesh
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
 from elocute.numerics.quaternions import from_axis_angle, to_matrices
+from elocute.registration import register
+from elocute.registration.accuracy import scan_distances, scan_noise_mm
+from elocute.registration.initial_pose import initial_poses
+from elocute.registration.landmarks import Landmarks, no_landmarks, write_landmarks
+from elocute.registration.register import Registration, register_neutral
+from elocute.registration.scan import Scan, checked_scan
+from elocute.registration.scan_file import write_scan
+from elocute.registration.template import Template
+from elocute.registration.zero_pose import HeadPose
 from tests.support.commands import run_here
 
 POINTS = 15_000

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from elocute.animation import identity_head
-from elocute.capture.registration.closest_points import DenseMesh
 from elocute.head import HeadModel
 from elocute.head.looks import PEOPLE, Look, dress
 from elocute.head.looks.cards import read_cards
 from elocute.head.looks.look import CLOTHES
 from elocute.head.normals import vertex_normals
+from elocute.registration.closest_points import DenseMesh
 
 FACES = [
     *("mean", "3", "otto", "dana"),

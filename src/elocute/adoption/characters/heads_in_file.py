@@ -1,4 +1,4 @@
-"""Which of a file's meshes are one head: a head comes in parts, and a file may hold two of them."""
+"""Groups the meshes of a file into heads: a head comes in parts, and a file may hold two."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from elocute.adoption.characters.morphs import MorphMesh
 from elocute.errors import HeadError
-from elocute.files.gltf_document import GltfDocument
-from elocute.files.gltf_nodes import NodeTree
 from elocute.files.json_records import finite_number
+from elocute.meshes.gltf_document import GltfDocument
+from elocute.meshes.gltf_nodes import NodeTree
 
 PAIRS_MAX = 2000
 """Parts of a face; more are taken as they come."""

@@ -1,4 +1,4 @@
-"""Which of a file's morph targets and joints take which of the built-in head's curves.
+"""Maps the built-in head's curves to a file's morph targets and joints.
 
 A file that has all of ARKit's shapes that speech uses takes the curves as they are. Of any other
 mouth (visemes, a VRM's vowels, a jaw alone) the weights are fitted to the built-in head's mouth,
@@ -25,9 +25,9 @@ from elocute.adoption.characters.shape_names import (
 from elocute.adoption.characters.vrm import Vrm
 from elocute.articulation.phone_targets import curve_names
 from elocute.export.shape_profiles import NEAREST
-from elocute.files.gltf_nodes import NodeTree
 from elocute.head.character import Control, Turn
 from elocute.life.face import REACH_DEG
+from elocute.meshes.gltf_nodes import NodeTree
 from elocute.motion.control_fit import is_of_mouth
 from elocute.motion.curves import ARKIT_NAMES
 

@@ -1,4 +1,4 @@
-"""The meshes of a file that have morph targets, and what those are called."""
+"""Lists the meshes of a file that have morph targets, with the targets' names."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from elocute.adoption.characters.shape_names import words_of
-from elocute.files.gltf_document import GltfDocument
 from elocute.files.json_records import finite_number
+from elocute.meshes.gltf_document import GltfDocument
 
 NAME_MAX = 200
 BASIS = frozenset({"basis", "base", "neutral", "default", "rest", "original", "基型", "ベース"})

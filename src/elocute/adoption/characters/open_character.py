@@ -1,4 +1,4 @@
-"""A character's file as a head: the built-in head with the file and the mapping beside it."""
+"""Opens a character's file as a head: the built-in head with the file and the mapping beside it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from elocute.adoption.characters.shape_names import meanings_of
 from elocute.adoption.characters.still_parts import still_parts
 from elocute.adoption.characters.vrm import Vrm, read_vrm
 from elocute.errors import HeadError
-from elocute.files.gltf_document import GltfDocument, read_gltf
-from elocute.files.gltf_nodes import NodeTree, without_matrix
 from elocute.head.builtin import load_builtin_head
 from elocute.head.character import Character
 from elocute.head.model import HeadModel
+from elocute.meshes.gltf_document import GltfDocument, read_gltf
+from elocute.meshes.gltf_nodes import NodeTree, without_matrix
 from elocute.motion.control_fit import is_of_mouth
 
 TOLD = 6

@@ -1,13 +1,13 @@
-"""Eyes, teeth and tongues of a file that nothing moves, neither shapes nor joints."""
+"""Names eyes, teeth and tongues of a file that neither shapes nor joints move."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable
 
-from elocute.files.gltf_document import GltfDocument
-from elocute.files.gltf_nodes import NodeTree
 from elocute.head.character import Turn
+from elocute.meshes.gltf_document import GltfDocument
+from elocute.meshes.gltf_nodes import NodeTree
 
 _OF_EYES = ("eye", "eyes", "eyeball", "eyeballs", "iris", "irises", "cornea", "pupil", "pupils")
 _OF_JAW = ("teeth", "tooth", "tongue", "gum", "gums", "denture", "dentures")

@@ -1,4 +1,4 @@
-"""What a VRM, version 0 or 1, says of its face: expressions, joints, how its eyes turn."""
+"""Reads what a VRM, version 0 or 1, says of its face: expressions, joints, how its eyes turn."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any, TypeGuard
 
 from elocute.adoption.characters.joint_names import VRM_BONES
-from elocute.files.gltf_document import GltfDocument
 from elocute.files.json_records import finite_number
+from elocute.meshes.gltf_document import GltfDocument
 
 OVERRIDDEN = ("blink", "lookAt", "mouth")
 """What an expression of a VRM 1.0 may take away of others."""

@@ -16,36 +16,16 @@ from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
     from elocute.capture.blendshapes.basis_comparison import (
-        BasisProjection,
-        ReconstructionErrors,
-        reconstruction_errors,
-        strongest_shapes,
+        BasisProjection as BasisProjection,
+        ReconstructionErrors as ReconstructionErrors,
+        reconstruction_errors as reconstruction_errors,
+        strongest_shapes as strongest_shapes,
     )
-    from elocute.capture.blendshapes.basis_motion import sweep_shapes
-    from elocute.capture.blendshapes.blendshape_learning import Blendshapes, learn_blendshapes
-    from elocute.capture.blendshapes.settings import BlendshapeConfig
+    from elocute.capture.blendshapes.basis_motion import sweep_shapes as sweep_shapes
+    from elocute.capture.blendshapes.blendshape_learning import (
+        Blendshapes as Blendshapes,
+        learn_blendshapes as learn_blendshapes,
+    )
+    from elocute.capture.blendshapes.settings import BlendshapeConfig as BlendshapeConfig
 
-__all__ = [
-    "BasisProjection",
-    "BlendshapeConfig",
-    "Blendshapes",
-    "ReconstructionErrors",
-    "learn_blendshapes",
-    "reconstruction_errors",
-    "strongest_shapes",
-    "sweep_shapes",
-]
-__getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "basis_comparison": (
-            "BasisProjection",
-            "ReconstructionErrors",
-            "reconstruction_errors",
-            "strongest_shapes",
-        ),
-        "basis_motion": ("sweep_shapes",),
-        "blendshape_learning": ("Blendshapes", "learn_blendshapes"),
-        "settings": ("BlendshapeConfig",),
-    },
-)
+__getattr__, __dir__ = lazy(__name__, __file__)

@@ -17,18 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
-from elocute.capture.scans.landmarks import LANDMARK_COUNT, Landmarks, no_landmarks
-from elocute.capture.scans.scan import Scan
 from elocute.capture.video.face_detector import mediapipe_detector
 from elocute.capture.video.face_mesh_points import builtin_face_points
 from elocute.errors import CaptureError
-from elocute.export.render import Camera, open_renderer
-from elocute.export.render.lights import RIGS
-from elocute.export.render.stage import Stage
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mediapipe_face_mesh import IRIS
 from elocute.head.mesh import head_from_arrays
 from elocute.numerics.rigid_alignment import similarity_between
+from elocute.registration.landmarks import LANDMARK_COUNT, Landmarks, no_landmarks
+from elocute.registration.scan import Scan
+from elocute.render import Camera, open_renderer
+from elocute.render.lights import RIGS
+from elocute.render.stage import Stage
 
 LandmarkDetector = Callable[[NDArray[np.uint8]], tuple[Float64Array, Float64Array] | None]
 """Takes a picture (height, width, 3) sRGB; gives points (68, 2) in pixels, x to the right and y

@@ -10,13 +10,13 @@ import numpy as np
 
 from elocute.array_types import Float64Array
 from elocute.capture.scans.landmark_names import KEY_LANDMARKS, LANDMARK_NAMES
-from elocute.capture.scans.landmarks import GOOD_MIN
-from elocute.capture.scans.scan import Scan
 from elocute.errors import CaptureError, OutputError, printable
 from elocute.export.html import page_asset, page_script
 from elocute.files.atomic import write_atomically
 from elocute.files.html_page import filled_page, script_bytes, script_json
 from elocute.head.builtin import load_builtin_head
+from elocute.registration.landmarks import GOOD_MIN
+from elocute.registration.scan import Scan
 
 POINTS_MAX = 1_000_000
 """More than a browser turns smoothly."""

@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from elocute.audio.read import read_audio
-from elocute.capture.scans.scan import checked_scan
 from elocute.capture.scans.scan_sequence import ScanSequence, find_sequences, open_sequence
 from elocute.corpus.corpus_checks import Finding
 from elocute.errors import AudioError, CaptureError, ElocuteError
+from elocute.registration.scan import checked_scan
 
 LENGTH_APART_S = 0.25
 

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 from elocute.array_types import Float64Array
 from elocute.audio.waveform import Waveform
 from elocute.audio.write import write_flac
-from elocute.capture.scans.landmarks import Landmarks, write_landmarks
-from elocute.capture.scans.scan_file import write_scan
 from elocute.capture.scans.scan_sequence import SequenceMetadata, write_metadata
 from elocute.capture.settings import Scanner
 from elocute.capture.simulation.range_scanner import (
@@ -41,6 +39,8 @@ from elocute.head.skinning import joint_transforms
 from elocute.motion.motion import Motion
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 from elocute.one_line_repr import one_line
+from elocute.registration.landmarks import Landmarks, write_landmarks
+from elocute.registration.scan_file import write_scan
 
 PARTS = 3  # each template triangle becomes PARTS² on the rounded surface
 BUMPS, BUMP_WIDTH_M = 60, 0.012

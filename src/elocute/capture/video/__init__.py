@@ -19,19 +19,13 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.capture.video.face_detector import DetectedFaces, mediapipe_detector
-    from elocute.capture.video.video_to_motion import VideoCapture, capture_video
+    from elocute.capture.video.face_detector import (
+        DetectedFaces as DetectedFaces,
+        mediapipe_detector as mediapipe_detector,
+    )
+    from elocute.capture.video.video_to_motion import (
+        VideoCapture as VideoCapture,
+        capture_video as capture_video,
+    )
 
-__all__ = [
-    "DetectedFaces",
-    "VideoCapture",
-    "capture_video",
-    "mediapipe_detector",
-]
-__getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "face_detector": ("DetectedFaces", "mediapipe_detector"),
-        "video_to_motion": ("VideoCapture", "capture_video"),
-    },
-)
+__getattr__, __dir__ = lazy(__name__, __file__)

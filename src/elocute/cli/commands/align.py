@@ -120,7 +120,7 @@ def _view(path: Path, sound: Waveform, encoder: str) -> NDArray[np.floating]:
 def _plot(sounds: list[Waveform], found: Alignment, path: Path, title: str) -> None:
     """The path over attention and posterior or, where there is neither, over the costs."""
     from elocute.alignment.dtw import squared_distances
-    from elocute.export.alignment_plot import plot_alignment
+    from elocute.plots.alignment import plot_alignment
 
     named = {"attention": found.attention, "posterior of soft-DTW": found.posterior}
     matrices = {name: matrix for name, matrix in named.items() if matrix is not None}

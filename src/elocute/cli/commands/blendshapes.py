@@ -87,9 +87,9 @@ def show_command(
     """Draw every shape of a basis at plus and minus two standard deviations."""
     from elocute.capture.blendshapes.basis_motion import extreme_shapes
     from elocute.export.contact_sheet import contact_sheet
-    from elocute.export.render import open_renderer, portrait
     from elocute.files.atomic import write_atomically
     from elocute.motion.store import load_motion
+    from elocute.render import open_renderer, portrait
 
     check_file_suffix(output, ".png")
     plan = OutputPlan()
@@ -200,8 +200,8 @@ def _other(against: str) -> tuple[str, NDArray[np.float32]]:
 def _plot(found: list[ReconstructionErrors], fps: float, path: Path) -> None:
     import numpy as np
 
-    from elocute.export.overlay_plot import plot_overlay
     from elocute.motion.curves import Curves
+    from elocute.plots.overlay import plot_overlay
 
     values = np.stack([p.errors_mm for p in found], axis=1).astype(np.float32)
     curves = Curves(values, tuple(p.name for p in found), fps)

@@ -23,11 +23,11 @@ from elocute.files.output_plan import OutputPlan
 from elocute.numerics.frame_rates import frame_rate
 
 if TYPE_CHECKING:
-    from elocute.capture.registration.register import Registration
-    from elocute.capture.scans.landmarks import Landmarks
-    from elocute.capture.scans.scan import Scan
     from elocute.capture.sequence_tracking import SequenceResult
     from elocute.head.model import HeadModel
+    from elocute.registration.landmarks import Landmarks
+    from elocute.registration.register import Registration
+    from elocute.registration.scan import Scan
 
 FACES = ("rich", "rig")
 app = CommandGroup("Capture motion in one topology, from scans or video.")
@@ -66,9 +66,9 @@ def scan_command(
 ) -> None:
     """Register one scan: lay the head's mesh over it."""
     need_scipy()
-    from elocute.capture.scans.scan_file import read_scan, unit_m
     from elocute.files.atomic import write_atomically
     from elocute.head.registry import open_head
+    from elocute.registration.scan_file import read_scan, unit_m
 
     check_file_suffix(output, ".ply", ".obj")
     if method not in ("model", "nicp"):
@@ -91,13 +91,13 @@ def _registered(
     model: HeadModel, scan: Scan, known: Landmarks, template: Path | None, method: str
 ) -> tuple[Registration, Any]:
     """The registration, and the mesh in zero pose (vertex, 3) m: a new person's at rest."""
-    from elocute.capture.registration.register import (
+    from elocute.head.mesh import read_mesh, with_template
+    from elocute.registration.register import (
         register_neutral,
         register_nonrigid,
         register_scan,
     )
-    from elocute.capture.registration.template import Template
-    from elocute.head.mesh import read_mesh, with_template
+    from elocute.registration.template import Template
 
     if template is not None:
         model = with_template(model, read_mesh(template)[0], model.name)

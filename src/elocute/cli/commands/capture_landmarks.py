@@ -17,7 +17,7 @@ from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
     from elocute.capture.scans.landmark_detection import LandmarkDetector
-    from elocute.capture.scans.scan import Scan
+    from elocute.registration.scan import Scan
 
 FOLDER = "landmarks"
 
@@ -95,7 +95,7 @@ def _page(
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     from elocute.capture.scans.landmark_page import write_landmark_page
-    from elocute.capture.scans.scan_file import read_scan
+    from elocute.registration.scan_file import read_scan
 
     with plan.writing(output):
         write_landmark_page(output, read_scan(scan))
@@ -108,7 +108,7 @@ def _page(
 def _of_file(
     scan: Path, output: Path, unit: str, detector: LandmarkDetector
 ) -> tuple[int, list[str]]:
-    from elocute.capture.scans.scan_file import read_scan
+    from elocute.registration.scan_file import read_scan
 
     told = _written(read_scan(scan, unit), unit, output, detector)
     return int(not told), [f"{scan}: {told}"] if told else []
@@ -144,9 +144,9 @@ def _of_folder(
 def _written(scan: Scan, unit: str, path: Path, detector: LandmarkDetector) -> str:
     """Why there are no landmarks, or "". They are written in the scan's unit."""
     from elocute.capture.found_landmarks import find_landmarks
-    from elocute.capture.scans.landmarks import Landmarks, write_landmarks
-    from elocute.capture.scans.scan_file import unit_m
     from elocute.head.builtin import load_builtin_head
+    from elocute.registration.landmarks import Landmarks, write_landmarks
+    from elocute.registration.scan_file import unit_m
 
     found = find_landmarks(load_builtin_head(), scan, detector)
     if not found.enough:

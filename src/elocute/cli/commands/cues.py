@@ -49,8 +49,8 @@ def cues_command(
     as_json: bool = options.Json,
 ) -> None:
     """Say which picture of a mouth is shown when, for drawn characters; or write captions."""
-    from elocute.audio.mouth_cue_files import WRITERS, CueSheet, write_cues
-    from elocute.audio.mouth_cues import mouth_cues
+    from elocute.speech.cues.files import WRITERS, CueSheet, write_cues
+    from elocute.speech.cues.mouth_cues import mouth_cues
 
     if not FPS[0] <= fps <= FPS[1]:
         raise InputError.about("--fps", found=f"{fps:g}", allowed=f"{FPS[0]:g} to {FPS[1]:g}")

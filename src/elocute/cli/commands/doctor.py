@@ -116,7 +116,7 @@ def _numbers(version: str) -> tuple[int, ...]:
 
 def _renderers() -> Iterator[tuple[str, str]]:
     try:
-        from elocute.export.render import available_backends
+        from elocute.render import available_backends
 
         states = available_backends()
     except ImportError as error:
@@ -137,7 +137,7 @@ def _assets() -> dict[str, Path]:
 
 def _espeak() -> str:
     """Whether texts can be spoken, which nothing else needs."""
-    from elocute.audio.espeak import speak
+    from elocute.speech.voices.espeak import speak
 
     try:
         spoken = speak("Hello.")
@@ -148,7 +148,7 @@ def _espeak() -> str:
 
 def _recogniser() -> str:
     """Whether words can be recognised, which nothing else needs."""
-    from elocute.alignment.recogniser import DEFAULT_RECOGNISER, recogniser_folder
+    from elocute.speech.text.recogniser import DEFAULT_RECOGNISER, recogniser_folder
 
     try:
         return f"{DEFAULT_RECOGNISER}: {recogniser_folder(DEFAULT_RECOGNISER)}"

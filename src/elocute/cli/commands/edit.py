@@ -123,7 +123,9 @@ def edit_command(
         input_fps=input_fps,
     )
     if listed is not None:
-        edited = edited.edited(listed)
+        from elocute.motion.edits import with_edits
+
+        edited = with_edits(edited, listed)
     space = _identity_space(edited, head) if faces else None
     edits = [
         *_faces(identity, identity_over_time, space),

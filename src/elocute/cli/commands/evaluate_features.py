@@ -141,10 +141,10 @@ def _plot(corpus: Corpus, clip: str, models: dict[str, Path], path: Path, contac
 
     from elocute.evaluation.lip_closures import lip_opening
     from elocute.evaluation.model_predictions import clip_predictor, recorded_motion
-    from elocute.export.overlay_plot import plot_overlay
     from elocute.models.registry import open_model
     from elocute.models.style_mixes import EVEN
     from elocute.motion.curves import Curves
+    from elocute.plots.overlay import plot_overlay
 
     tracks = {"recorded": recorded_motion(corpus, clip)}
     for name, model in models.items():

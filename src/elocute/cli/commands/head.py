@@ -14,8 +14,8 @@ from elocute.cli.command_group import CommandGroup
 from elocute.cli.outputs import nothing_to_do
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, OutputError
-from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 from elocute.files.output_plan import OutputPlan
+from elocute.meshes.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 
 if TYPE_CHECKING:
     from elocute.head.model import HeadModel
@@ -171,7 +171,7 @@ def _adopt_mesh(
     from elocute.cli.scans import need_scipy
 
     need_scipy()
-    from elocute.adoption.own_mesh import adopt_mesh
+    from elocute.adoption.mesh_without_shapes import adopt_mesh
     from elocute.adoption.shapes_in_file import with_arkit_shapes
     from elocute.files.atomic import write_atomically
     from elocute.head.store import save_head

@@ -12,7 +12,7 @@ import typer
 from elocute.cli import options
 from elocute.cli.characters import print_character
 from elocute.errors import HeadError
-from elocute.files.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
+from elocute.meshes.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 
 CURVE_SUFFIXES = (".csv", ".json", ".jsonl", ".npy")
 

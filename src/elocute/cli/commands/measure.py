@@ -37,7 +37,7 @@ def measure_command(
         with plan.writing(output):
             write_measures(measures, output)
     if plot is not None and plan.wants(plot):
-        from elocute.export.curve_plot import plot_curves
+        from elocute.plots.curves import plot_curves
 
         with plan.writing(plot):
             plot_curves(measures, plot, title=motion.name)

@@ -38,7 +38,7 @@ def phones_command(
     as_json: bool = options.Json,
 ) -> None:
     """Find when each phone is said, and each word where a text is given or recognised."""
-    from elocute.audio.speech_time_files import WRITERS, write_speech_times
+    from elocute.speech.times.write import WRITERS, write_speech_times
 
     known = KnownSpeechOptions(
         phones, phone_set, text, text_file, language, tier, speaker, transcribe, recogniser

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import typer
 
-from elocute.audio.voice_settings import TEXT_MAX, VoiceSettings
 from elocute.cli import options
 from elocute.cli.format_options import (
     FormatSettings,
@@ -23,8 +22,8 @@ from elocute.cli.settings_options import options_of
 from elocute.cli.spoken_takes import TableRun, plan_take, spoken_source
 from elocute.cli.table_runs import chosen_pool, one_folder, run_lines
 from elocute.cli.takes import (
+    TakeChoices,
     TakeOutputs,
-    TakeSettings,
     check_character_formats,
     check_edits,
     make_outputs,
@@ -34,6 +33,7 @@ from elocute.cli.takes import (
 )
 from elocute.errors import InputError, printable
 from elocute.files.output_plan import OutputPlan
+from elocute.speech.voices.settings import TEXT_MAX, VoiceSettings
 
 TEXT_MAX_BYTES = 4 * TEXT_MAX
 
@@ -44,8 +44,8 @@ def say_command(
     table: Path | None = typer.Option(
         None,
         help="CSV of lines, a take for each: id, text or audio (a recording, with its text or "
-        "without), and any of language, voice, rate, pitch, style, identity, strength, life, mood, "
-        "edits.",
+        "without), and any of language, voice, rate, pitch and the settings of a take (style, "
+        "mood, look, edits, …).",
     ),
     output: list[Path] = options.Output,
     format: list[str] = typer.Option(
@@ -55,7 +55,7 @@ def say_command(
         "(standard output). Can be repeated.",
     ),
     voice: VoiceSettings = options_of(VoiceSettings, flags={"words_per_minute": "--rate"}),
-    settings: TakeSettings = options_of_takes(),
+    settings: TakeChoices = options_of_takes(),
     jobs: int = options.Jobs,
     ray: str | None = options.Ray,
     format_settings: FormatSettings = options_of_formats(),
@@ -72,7 +72,7 @@ def say_command(
     check_edits(settings)
     pool = chosen_pool(jobs, ray)
     if table is not None:
-        from elocute.audio.line_table import read_lines
+        from elocute.cli.line_table import read_lines
 
         if text is not None or file is not None:
             found = "a text" if text is not None else "--file"
@@ -123,11 +123,11 @@ def _text(text: str | None, file: Path | None) -> str:
             allowed="a text, - (standard input), --file or --table",
         )
     if file is not None:
-        from elocute.audio.script_text import read_transcript
+        from elocute.speech.text.script_text import read_transcript
 
         return _said(read_transcript(file, max_bytes=TEXT_MAX_BYTES), str(file))
     if text != "-":
-        from elocute.audio.script_text import without_tags
+        from elocute.speech.text.script_text import without_tags
 
         return without_tags(str(text))
     if sys.stdin.isatty():
@@ -144,7 +144,7 @@ def _text(text: str | None, file: Path | None) -> str:
 
 def _said(text: str, source: str) -> str:
     """What is said of a text; what is left out goes to standard error."""
-    from elocute.audio.captions import said_text
+    from elocute.speech.times.captions import said_text
 
     said, notes = said_text(text)
     for note in notes:

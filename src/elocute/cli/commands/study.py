@@ -45,9 +45,9 @@ def new_command(
     """
     from elocute.jobs.pool import one_after_another
     from elocute.jobs.process_pool import checked_jobs, local_pool
-    from elocute.study.manifest import open_study
-    from elocute.study.stimuli import make_stimuli
-    from elocute.study.trials import minutes_of, sequence
+    from elocute.study.design.trials import minutes_of, sequence
+    from elocute.study.stimuli.manifest import open_study
+    from elocute.study.stimuli.stimuli import make_stimuli
 
     pool = one_after_another if checked_jobs(jobs) == 1 else local_pool(jobs)
     with progress_bar("making videos", as_json) as progress:
@@ -100,16 +100,16 @@ def serve_command(
     ELOCUTE_STUDY_ADMIN_TOKEN has to be set; who knows it may ask for the answers at
     /admin/answers.csv.
     """
-    from elocute.study.listening import listening, serve
-    from elocute.study.manifest import open_study
-    from elocute.study.server import (
+    from elocute.study.serving.listening import listening, serve
+    from elocute.study.serving.server import (
         Serving,
         StudyService,
         check_admin_token,
         read_texts,
         study_app,
     )
-    from elocute.study.store import Store
+    from elocute.study.serving.store import Store
+    from elocute.study.stimuli.manifest import open_study
 
     token = os.environ.get(ADMIN_TOKEN, "")
     check_admin_token(token, bool(public))
@@ -140,8 +140,8 @@ def links_command(
 
     A link brings back the person who used it first, on any device.
     """
-    from elocute.study.manifest import open_study
-    from elocute.study.store import Store
+    from elocute.study.serving.store import Store
+    from elocute.study.stimuli.manifest import open_study
 
     store = Store(open_study(folder).design, database or folder / ANSWERS)
     try:
@@ -167,9 +167,9 @@ def export_command(
     """Write the answers of a study as a table, at any time, while it is served or after."""
     from elocute.cli.outputs import check_file_suffix, plan_files
     from elocute.files.json_records import write_record
-    from elocute.study.answers import SUFFIXES, write_answers
-    from elocute.study.manifest import open_study
-    from elocute.study.store import Store
+    from elocute.study.report.answers import SUFFIXES, write_answers
+    from elocute.study.serving.store import Store
+    from elocute.study.stimuli.manifest import open_study
 
     for path in output:
         check_file_suffix(path, *SUFFIXES)

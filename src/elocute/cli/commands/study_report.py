@@ -14,13 +14,13 @@ from elocute.cli import options
 from elocute.cli.progress import progress_bar
 from elocute.cli.settings_options import option, options_of
 from elocute.errors import StudyError
-from elocute.study.crowd_settings import Crowd
-from elocute.study.plan_settings import Plan
+from elocute.study.design.plan_settings import Plan
+from elocute.study.raters.crowd_settings import Crowd
 
 if TYPE_CHECKING:
-    from elocute.study.answers import Answer
-    from elocute.study.design import Design
-    from elocute.study.raters import Raters
+    from elocute.study.design.design import Design
+    from elocute.study.raters.raters import Raters
+    from elocute.study.report.answers import Answer
 
 OF_STUDY = ("trials", "stimuli", "comparisons", "margin", "confidence")
 """What a plan takes from a study, where there is one and they are not given."""
@@ -45,9 +45,9 @@ def report_command(
     The folder has report.html, report.pdf, and every table as CSV and LaTeX. Who and what is left
     out follows the rules that study.toml fixed.
     """
-    from elocute.study.manifest import known_design
-    from elocute.study.report import make_report
-    from elocute.study.report_files import check_place, write_report
+    from elocute.study.report.report import make_report
+    from elocute.study.report.report_files import check_place, write_report
+    from elocute.study.stimuli.manifest import known_design
 
     check_place(output, overwrite)
     design, served = known_design(study, elsewhere=True)
@@ -72,7 +72,7 @@ def _answers(
     import hashlib
 
     from elocute.files.reading import read_bytes
-    from elocute.study.answers import FILE_MAX_BYTES, answers_text, read_answers
+    from elocute.study.report.answers import FILE_MAX_BYTES, answers_text, read_answers
 
     if answers is not None:
         if database:
@@ -82,7 +82,7 @@ def _answers(
             answers, max_bytes=FILE_MAX_BYTES, allowed="a table of answers", error=StudyError
         )
         return table, hashlib.sha256(data).hexdigest()
-    from elocute.study.store import Store
+    from elocute.study.serving.store import Store
 
     folder = study if study.is_dir() else study.parent
     source = database or folder / "answers.db"
@@ -119,8 +119,8 @@ def plan_command(
     People and stimuli differ, and answers lapse, as far as the options say. Who will be excluded
     comes on top.
     """
-    from elocute.study.manifest import known_design
-    from elocute.study.power import plan_for, plan_study
+    from elocute.study.design.power import plan_for, plan_study
+    from elocute.study.stimuli.manifest import known_design
 
     of_study = {
         "trials": trials,
@@ -190,11 +190,11 @@ def simulate_command(
     What comes of it is no evidence of what people see, and a report of it says so.
     """
     from elocute.cli.outputs import check_file_suffix, plan_files
-    from elocute.study.answers import SUFFIXES, write_answers
-    from elocute.study.crowd import crowd_answers, seats_of
-    from elocute.study.design_file import read_design
-    from elocute.study.manifest import known_design
-    from elocute.study.sources import has_patterns
+    from elocute.study.design.design_file import read_design
+    from elocute.study.raters.crowd import crowd_answers, seats_of
+    from elocute.study.report.answers import SUFFIXES, write_answers
+    from elocute.study.stimuli.manifest import known_design
+    from elocute.study.stimuli.sources import has_patterns
 
     check_file_suffix(output, *SUFFIXES)
     design, _ = known_design(study, data)
@@ -217,7 +217,7 @@ def simulate_command(
 
 
 def _watched(study: Path, data: Path | None, levels: dict[str, float]) -> Raters:
-    from elocute.study.raters import watch_study
+    from elocute.study.raters.raters import watch_study
 
     with progress_bar("looking at motion") as progress:
         return watch_study(study, data=data, levels=levels, progress=progress)

@@ -17,7 +17,7 @@ from elocute.errors import AlignmentError, InputError, printable
 from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
-    from elocute.alignment.word_times import TimedWords
+    from elocute.speech.text.word_times import TimedWords
 
 app = CommandGroup("Find when each word of a recording is said, and check it.")
 
@@ -39,10 +39,10 @@ def segment_command(
     as_json: bool = options.Json,
 ) -> None:
     """Find when each word of a text is said, by forced alignment; or of what is recognised."""
-    from elocute.alignment.forced_alignment import segment_words
-    from elocute.alignment.word_times import write_words
     from elocute.audio.read import read_audio
-    from elocute.timed_speech import find_words
+    from elocute.speech.text.forced_alignment import segment_words
+    from elocute.speech.text.word_times import write_words
+    from elocute.speech.timed_phones import find_words
 
     known = KnownSpeechOptions(
         None, "auto", text, text_file, language, transcribe=transcribe, recogniser=recogniser
@@ -81,9 +81,9 @@ def check_command(
     as_json: bool = options.Json,
 ) -> None:
     """Draw waveform, spectrogram and word boundaries on a page, with doubtful words marked."""
-    from elocute.alignment.word_review_page import check_length, review_reason, write_word_page
-    from elocute.alignment.word_times import read_words, write_words
     from elocute.audio.read import read_audio
+    from elocute.speech.text.word_review_page import check_length, review_reason, write_word_page
+    from elocute.speech.text.word_times import read_words, write_words
 
     check_file_suffix(textgrid, ".TextGrid")
     plan = OutputPlan()
@@ -119,7 +119,7 @@ def take_command(
     as_json: bool = options.Json,
 ) -> None:
     """Check word times that a person edited, and write them as words with confidence."""
-    from elocute.alignment.word_times import merge_edits, read_words, write_words
+    from elocute.speech.text.word_times import merge_edits, read_words, write_words
 
     plan = OutputPlan([before] if before else [])
     plan.add(output, edited)
@@ -141,8 +141,8 @@ def _text(text: str | None, file: Path | None) -> str:
     if text is not None:
         return text
     assert file is not None
-    from elocute.audio.captions import said_text
-    from elocute.audio.script_text import read_transcript
+    from elocute.speech.text.script_text import read_transcript
+    from elocute.speech.times.captions import said_text
 
     written = read_transcript(file, max_bytes=TEXT_MAX_BYTES, error=AlignmentError)
     said, notes = said_text(written)
@@ -152,7 +152,7 @@ def _text(text: str | None, file: Path | None) -> str:
 
 
 def _tell(words: TimedWords, output: Path, as_json: bool) -> None:
-    from elocute.alignment.word_review_page import review_reason
+    from elocute.speech.text.word_review_page import review_reason
 
     doubtful = [w.text for w in words.words if review_reason(w)]
     if as_json:

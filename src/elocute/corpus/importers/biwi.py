@@ -30,8 +30,8 @@ from elocute.corpus.importers.length_scale import metres_per_unit
 from elocute.corpus.importers.split_choice import choose_splits
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
-from elocute.files.meshes import read_mesh_file
 from elocute.files.reading import bytes_text, read_bytes
+from elocute.meshes.mesh_file import read_mesh_file
 
 FPS = 25.0
 NOTE = "B3D(AC)2 (Fanelli et al. 2010), under the licence of its authors; not to be passed on."

@@ -7,40 +7,15 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
-    from elocute.head.looks.dressing import dress, dressed
-    from elocute.head.looks.look import Look
+    from elocute.head.looks.dressing import dress as dress, dressed as dressed
+    from elocute.head.looks.look import Look as Look
     from elocute.head.looks.people import (
-        PEOPLE,
-        face_look,
-        identity_look,
-        person,
-        random_look,
-        resolve_look,
+        PEOPLE as PEOPLE,
+        face_look as face_look,
+        identity_look as identity_look,
+        person as person,
+        random_look as random_look,
+        resolve_look as resolve_look,
     )
 
-__all__ = [
-    "PEOPLE",
-    "Look",
-    "dress",
-    "dressed",
-    "face_look",
-    "identity_look",
-    "person",
-    "random_look",
-    "resolve_look",
-]
-__getattr__, __dir__ = lazy(
-    __name__,
-    {
-        "dressing": ("dress", "dressed"),
-        "look": ("Look",),
-        "people": (
-            "PEOPLE",
-            "face_look",
-            "identity_look",
-            "person",
-            "random_look",
-            "resolve_look",
-        ),
-    },
-)
+__getattr__, __dir__ = lazy(__name__, __file__)

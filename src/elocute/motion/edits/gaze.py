@@ -8,16 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from elocute.errors import MotionError
-from elocute.head.model import HeadModel
+from elocute.head.gaze import DIRECTIONS, SIDES, has_eyeballs, shape_reach_degrees
 from elocute.motion.edits.keyframes import Keyframes, as_keyframes, between_keys, read_keyframes
 from elocute.motion.edits.pose import with_pose
 from elocute.motion.motion import Motion, check_motion
-from elocute.numerics.rigid_alignment import nearest_rotation, turned_degrees
-
-SIDES = ("Left", "Right")
-DIRECTIONS = ("Up", "Down", "In", "Out")
-TYPICAL_DEG = 30.0
-"""How far a look turns eyes that are not known."""
 
 
 def with_gaze(
@@ -53,7 +47,7 @@ def with_gaze(
     if angles.shape[1] != 2:
         raise MotionError.about("gaze", found=f"{angles.shape[1]} numbers", allowed="two: x, y")
     names = [f"eyeLook{way}{side}" for side in SIDES for way in DIRECTIONS]
-    if set(names) <= set(motion.names) and _eyeballs(motion.head):
+    if set(names) <= set(motion.names) and has_eyeballs(motion.head):
         return _by_shapes(motion, times, angles, between)
     keyframes = [(time, (x, y, 0.0)) for time, (x, y) in zip(times, angles, strict=True)]
     for side in SIDES:
@@ -71,7 +65,7 @@ def _by_shapes(
         ways = {"Up": -curve[:, 0], "Down": curve[:, 0], "In": -outwards, "Out": outwards}
         for way, wanted in ways.items():
             name = f"eyeLook{way}{side}"
-            reach = _reach_degrees(motion.head, name, side)
+            reach = shape_reach_degrees(motion.head, name, side)
             if wanted.max() > reach + 0.01:
                 raise MotionError.about(
                     "gaze",
@@ -80,39 +74,3 @@ def _by_shapes(
                 )
             weights[:, motion.names.index(name)] = np.clip(wanted / reach, 0, 1)
     return replace(motion, weights=weights)
-
-
-def gaze_reach(head: HeadModel) -> dict[str, float]:
-    """How far the eyeLook shapes of a head turn its eyes at weight one.
-
-    Parameters
-    ----------
-    head : HeadModel
-        With ARKit's eyeLook shapes.
-
-    Returns
-    -------
-    dict of str to float
-        Degrees, the mean of both eyes, by "Up", "Down", "In" and "Out".
-    """
-    if not _eyeballs(head):
-        return dict.fromkeys(DIRECTIONS, TYPICAL_DEG)
-    return {
-        way: sum(_reach_degrees(head, f"eyeLook{way}{side}", side) for side in SIDES) / len(SIDES)
-        for way in DIRECTIONS
-    }
-
-
-def _eyeballs(head: HeadModel) -> bool:
-    return all(len(head.regions.get(f"eye_{side.lower()}", ())) for side in SIDES)
-
-
-def _reach_degrees(head: HeadModel, name: str, side: str) -> float:
-    """How far a look turns the eyeball at weight one, read off the shape."""
-    ball = head.regions[f"eye_{side.lower()}"]
-    rest = head.template[ball]
-    turned = rest + head.expression_basis[head.expression_index(name)][ball]
-    rotation, _ = nearest_rotation(
-        (turned - turned.mean(axis=0)).T.astype(np.float64) @ (rest - rest.mean(axis=0))
-    )
-    return turned_degrees(rotation)

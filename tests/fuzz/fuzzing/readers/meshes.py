@@ -59,9 +59,9 @@ def _character(folder: Path, out: Path) -> None:
 
 
 def _scan(folder: Path, _out: Path) -> None:
-    from elocute.capture.scans.scan import checked_scan
-    from elocute.capture.scans.scan_file import read_scan
     from elocute.errors import CaptureError
+    from elocute.registration.scan import checked_scan
+    from elocute.registration.scan_file import read_scan
 
     path = next(path for path in folder.iterdir() if path.suffix in (".ply", ".obj", ".stl"))
     scan = read_scan(path)
@@ -71,7 +71,7 @@ def _scan(folder: Path, _out: Path) -> None:
 
 def _surface(path: Path) -> None:
     from elocute.errors import HeadError
-    from elocute.files.mesh_parts import read_mesh_parts
+    from elocute.meshes.parts import read_mesh_parts
 
     for part in read_mesh_parts(path, max_bytes=100_000_000, error=HeadError):
         assert np.isfinite(part.vertices).all() and part.triangles.max() < len(part.vertices)
@@ -100,7 +100,7 @@ READERS: tuple[Reader, ...] = (
         seeds.scans,
         _scan,
         {"*.ply": "ply", "*.obj": "text", "*.mtl": "text", "*.png": "png", "*.stl": "bytes"},
-        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file"),
+        ("elocute.registration.scan", "elocute.registration.scan_file"),
         short=150,
     ),
     Reader(
@@ -123,7 +123,7 @@ READERS: tuple[Reader, ...] = (
         seeds.surfaces,
         only(_surface),
         {"*.glb": "glb"},
-        ("elocute.files.mesh_parts", "elocute.files.gltf_meshes", "elocute.files.meshopt"),
+        ("elocute.meshes.parts", "elocute.meshes.gltf_meshes", "elocute.meshes.meshopt"),
         short=150,
     ),
     Reader(
@@ -169,7 +169,7 @@ READERS: tuple[Reader, ...] = (
         seeds.textures,
         _scan,
         {"skin.png": "png", "skin.*": "bytes"},
-        ("elocute.capture.scans.scan", "elocute.capture.scans.scan_file"),
+        ("elocute.registration.scan", "elocute.registration.scan_file"),
         short=100,
     ),
 )

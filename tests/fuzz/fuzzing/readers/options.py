@@ -64,7 +64,7 @@ def _encoder_text(given: str) -> None:
 
 
 def _read_text(given: str) -> None:
-    from elocute.alignment.forced_alignment import words_in
+    from elocute.speech.text.forced_alignment import words_in
 
     words_in(given)
 
@@ -81,7 +81,7 @@ READERS: tuple[Reader, ...] = (
             ("keyframes", _keyframes, ("elocute.cli.keyframes",)),
             ("numbers", _numbers, ("elocute.cli.keyframes",)),
             ("identities", _identities, ("elocute.cli.keyframes",)),
-            ("text", _read_text, ("elocute.alignment.forced_alignment",)),
+            ("text", _read_text, ("elocute.speech.text.forced_alignment",)),
             ("encoder", _encoder_text, ("elocute.encoders.registry",)),
         )
     ),

@@ -29,7 +29,7 @@ def _mix(path: Path) -> None:
 
 
 def _words(path: Path) -> None:
-    from elocute.alignment.word_times import merge_edits, read_words
+    from elocute.speech.text.word_times import merge_edits, read_words
 
     words = read_words(path)
     merge_edits(words, words)
@@ -42,15 +42,15 @@ def _parts(path: Path) -> None:
 
 
 def _phones(path: Path) -> None:
-    from elocute.audio.speech_times import read_speech_times
+    from elocute.speech.times.read import read_speech_times
 
     times = read_speech_times(path)
     times.check(times.end_s)
 
 
 def _scripts(path: Path) -> None:
-    from elocute.audio.captions import said_text, words_of_captions
-    from elocute.audio.script_text import read_transcript
+    from elocute.speech.text.script_text import read_transcript
+    from elocute.speech.times.captions import said_text, words_of_captions
 
     text = read_transcript(path, max_bytes=1_000_000)
     said_text(text)
@@ -58,8 +58,8 @@ def _scripts(path: Path) -> None:
 
 
 def _lines(path: Path) -> None:
-    from elocute.audio.line_table import read_lines
-    from elocute.audio.voice_settings import VoiceSettings
+    from elocute.cli.line_table import read_lines
+    from elocute.speech.voices.settings import VoiceSettings
 
     read_lines(path, VoiceSettings())
 
@@ -71,7 +71,7 @@ def _texts(path: Path) -> None:
 
 
 def _landmarks(path: Path) -> None:
-    from elocute.capture.scans.landmarks import read_landmarks
+    from elocute.registration.landmarks import read_landmarks
 
     read_landmarks(path, 0.001)
 
@@ -137,7 +137,7 @@ READERS: tuple[Reader, ...] = (
         seeds.words,
         only(_words),
         {"*.json": "json", "*.TextGrid": "text"},
-        ("elocute.alignment.word_times",),
+        ("elocute.speech.text.word_times",),
     ),
     Reader("parts", seeds.parts, only(_parts), _JSON, ("elocute.evaluation.timed_recordings",)),
     Reader(
@@ -154,12 +154,12 @@ READERS: tuple[Reader, ...] = (
             **dict.fromkeys(("*.tsv", "*.dat", "*.xml"), "text"),
         },
         (
-            "elocute.audio.speech_times",
-            "elocute.audio.textgrid",
-            "elocute.audio.speech_marks",
-            "elocute.audio.speech_time_lines",
-            "elocute.audio.speech_time_tables",
-            "elocute.audio.tier_choice",
+            "elocute.speech.times.read",
+            "elocute.speech.times.textgrid",
+            "elocute.speech.times.engine_json",
+            "elocute.speech.times.label_lines",
+            "elocute.speech.times.csv_and_ctm",
+            "elocute.speech.times.tier_choice",
         ),
     ),
     Reader(
@@ -167,9 +167,9 @@ READERS: tuple[Reader, ...] = (
         seeds.scripts,
         only(_scripts),
         dict.fromkeys(("*.srt", "*.vtt", "*.ass", "*.txt", "*.ssml"), "text"),
-        ("elocute.audio.captions", "elocute.audio.script_text"),
+        ("elocute.speech.times.captions", "elocute.speech.text.script_text"),
     ),
-    Reader("lines", seeds.lines, only(_lines), {"*.csv": "text"}, ("elocute.audio.line_table",)),
+    Reader("lines", seeds.lines, only(_lines), {"*.csv": "text"}, ("elocute.cli.line_table",)),
     Reader(
         "texts",
         seeds.texts,
@@ -182,7 +182,7 @@ READERS: tuple[Reader, ...] = (
         seeds.landmarks,
         only(_landmarks),
         {"*.json": "json", "*.ljson": "json", "*.npy": "npy", "*.*": "text"},
-        ("elocute.capture.scans.landmarks",),
+        ("elocute.registration.landmarks",),
     ),
     Reader(
         "capture",

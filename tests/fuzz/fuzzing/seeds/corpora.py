@@ -154,7 +154,7 @@ def pickles(folder: Path) -> None:
 
 def captured(folder: Path) -> None:
     """A corpus of three clips and, beside it, when the words of one are said."""
-    from elocute.alignment.word_times import TimedWord, TimedWords, write_words
+    from elocute.speech.text.word_times import TimedWord, TimedWords, write_words
 
     corpora(folder)
     said = TimedWords((TimedWord("a", 0.02, 0.06, 0.9), TimedWord("text", 0.08, 0.15, 0.8)), 0.2)

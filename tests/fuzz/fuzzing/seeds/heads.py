@@ -66,7 +66,7 @@ def characters(folder: Path) -> None:
 
 def surfaces(folder: Path) -> None:
     """Meshes in glTF: with a picture that is turned, on a joint, and packed by meshopt."""
-    from tests.files.test_mesh_parts import CORNERS, POINTS, triangle
+    from tests.meshes.test_mesh_parts import CORNERS, POINTS, triangle
     from tests.support.gltf_files import glb, meshopt_attributes, meshopt_indices
 
     picture = io.BytesIO()
@@ -186,7 +186,7 @@ def scans(folder: Path) -> None:
     """As `meshes`, one that our own writer wrote, and one with a texture."""
     from PIL import Image
 
-    from elocute.capture.scans.scan_file import write_scan
+    from elocute.registration.scan_file import write_scan
 
     meshes(folder)
     big_endian(folder)
@@ -214,7 +214,7 @@ def textures(folder: Path) -> None:
     """A textured scan for every kind of picture."""
     from PIL import Image
 
-    from elocute.files.meshes import PICTURE_FORMATS
+    from elocute.meshes.mesh_file import PICTURE_FORMATS
 
     scans(folder / "made")
     lines = (folder / "made" / "textured" / "scan.obj").read_text()
@@ -240,10 +240,10 @@ def vertex_lists(folder: Path) -> None:
 def frames(folder: Path) -> None:
     """A registered frame of a capture, and the person's own face beside it."""
     from elocute.capture.registered_frames import FrameRecord, write_frame
-    from elocute.capture.registration.accuracy import SurfaceError
-    from elocute.capture.registration.model_fit import ModelParameters
-    from elocute.capture.registration.register import Registration
-    from elocute.capture.registration.zero_pose import HeadPose
+    from elocute.registration.accuracy import SurfaceError
+    from elocute.registration.model_fit import ModelParameters
+    from elocute.registration.register import Registration
+    from elocute.registration.zero_pose import HeadPose
 
     points = small_head().template.astype(np.float64)
     surface = SurfaceError(**dict.fromkeys(SurfaceError.__dataclass_fields__, 0.5))

@@ -58,7 +58,7 @@ Object class = "TextGrid"
 
 
 def words(folder: Path) -> None:
-    from elocute.alignment.word_times import TimedWord, TimedWords, write_words
+    from elocute.speech.text.word_times import TimedWord, TimedWords, write_words
 
     said = TimedWords((TimedWord("she", 0.1, 0.4, 0.9), TimedWord("had", 0.5, 0.9, 0.8)), 1.5)
     write_words(said, place(folder, "json") / "words.json")
@@ -174,8 +174,8 @@ def landmarks(folder: Path) -> None:
 
 
 def capture_folders(folder: Path) -> None:
-    from elocute.capture.scans.scan_file import write_scan
     from elocute.capture.scans.scan_sequence import SequenceMetadata, write_metadata
+    from elocute.registration.scan_file import write_scan
 
     head, inner = small_head(), place(folder, "one")
     metadata = SequenceMetadata(subject="anna", sentence="ah", text="ah", sound="ah.wav", neutral=0)

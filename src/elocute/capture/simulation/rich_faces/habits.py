@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array, FloatArray
-from elocute.articulation.driver import BILABIALS, LABIODENTALS, articulate, make_contacts
+from elocute.articulation.driver import articulate, make_contacts
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.style import Style
-from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.capture.simulation.rich_faces import talker_spread
+from elocute.encoders.phones_and_visemes import BILABIALS, LABIODENTALS, PHONES, SILENCE
 from elocute.motion.curves import Curves
 from elocute.numerics.resampling import interpolate
 from elocute.numerics.smoothing import gaussian_smoothed

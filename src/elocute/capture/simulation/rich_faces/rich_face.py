@@ -9,7 +9,6 @@ import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array, FloatArray, IntArray
 from elocute.articulation.style import Style, resolve_style
-from elocute.audio.phones_and_visemes import PHONES, SILENCE
 from elocute.audio.waveform import Waveform
 from elocute.capture.settings import FaceRichness
 from elocute.capture.simulation.rich_faces import own_shapes, skin_and_jaw
@@ -34,6 +33,7 @@ from elocute.capture.simulation.rich_faces.prosody import (
 )
 from elocute.capture.simulation.rich_faces.teeth import rigid_motion
 from elocute.encoders.phone_encoder import PhonePosteriors
+from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel

@@ -1,0 +1,214 @@
+"""Tables of lines to be spoken: a CSV with a row for each take."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from elocute.errors import InputError
+from elocute.files.delimited import DelimitedTable
+from elocute.files.reading import read_text
+from elocute.models.take_settings import TakeSettings
+from elocute.numerics.frame_rates import frame_rate
+from elocute.settings import settings_of
+from elocute.speech.voices.settings import VoiceSettings
+
+BYTES_MAX = 50_000_000
+LINES_MAX = 100_000
+MISSPELLED = 0.85
+"""How like one of ours another column's name is that is taken for a slip."""
+SETTINGS = {
+    each.name: str(each.type)
+    for each, _ in settings_of(TakeSettings)
+    if each.name not in ("head", "mesh")
+}
+"""Settings of a take that a row may have, and their types; all takes of a table have one head."""
+NUMBERS = [name for name, kind in SETTINGS.items() if kind in ("float", "int") and name != "fps"]
+FILES = (".json", ".onnx")
+COLUMNS = ("id", "text", "audio", "language", "voice", "rate", "pitch", *SETTINGS)
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
+# Names that Windows keeps for devices, whatever follows their first dot.
+DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.I)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A row of a table.
+
+    Parameters
+    ----------
+    name : str
+        The name of its take, no path.
+    text : str
+        What is said; "" for a recording without a text.
+    audio : str
+        A recording below the table's folder; "" where the text is spoken.
+    voice : VoiceSettings
+        The voice that speaks it, or the language of the text.
+    settings : dict
+        What is said of the take's settings, by name; an edit list lies below the table's folder.
+    """
+
+    name: str
+    text: str
+    audio: str
+    voice: VoiceSettings
+    settings: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class UnusableLine:
+    """A row that makes no take, and why.
+
+    Parameters
+    ----------
+    name : str
+        What it is called, as far as it has a name.
+    fault : str
+        In one line.
+    """
+
+    name: str
+    fault: str
+
+
+def read_lines(path: str | Path, voice: VoiceSettings) -> list[Line | UnusableLine]:
+    """Read a table of lines.
+
+    Parameters
+    ----------
+    path : str or Path
+        A table parted by commas, semicolons or tabs whose first row names its columns: `id`, `text`
+        or `audio` or both, and any of `language`, `voice`, `rate`, `pitch` and `SETTINGS`. Other
+        columns are left alone.
+    voice : VoiceSettings
+        What an empty cell means.
+
+    Returns
+    -------
+    list of Line or UnusableLine
+        In the order of the rows; what is wrong with one row is told of that row alone.
+
+    Raises
+    ------
+    InputError
+        For another file, too many rows, and columns that are missing or misspelled.
+    """
+    path = Path(path)
+    text = read_text(path, max_bytes=BYTES_MAX, allowed="a CSV of lines")
+    found: list[Line | UnusableLine] = []
+    seen: dict[str, int] = {}
+    try:
+        table = DelimitedTable.of(text)
+        _check_columns(path, table.names)
+        for number, row in table.rows():
+            if len(found) >= LINES_MAX:
+                raise InputError.about(path, found="too many rows", allowed=f"up to {LINES_MAX}")
+            found.append(_line(number, table, row, voice, seen))
+    except csv.Error as error:
+        raise InputError.about(
+            path, found=f"not a CSV ({str(error)[:60]})", allowed=",".join(COLUMNS)
+        ) from error
+    if not found:
+        raise InputError.about(path, found="no rows", allowed="a row for each take")
+    return found
+
+
+def _check_columns(path: Path, names: Sequence[str]) -> None:
+    """Raise InputError for columns that are missing, there twice, or misspelled; others may be."""
+    twice = [name for name in names if name in COLUMNS and names.count(name) > 1]
+    meant = {
+        name: near[0]
+        for name in names
+        if name not in COLUMNS and (near := get_close_matches(name, COLUMNS, 1, MISSPELLED))
+    }
+    wrong = next((name for name, near in meant.items() if near not in names), "")
+    if twice or wrong or "id" not in names or not {"text", "audio"} & set(names):
+        told = f"column {(twice or [wrong])[0][:40]!r}" + " twice" * bool(twice)
+        raise InputError.about(
+            path,
+            found=told if twice or wrong else f"columns {', '.join(names)[:60] or 'missing'}",
+            allowed=f"id, text or audio, and any of {', '.join(COLUMNS[3:])}",
+            remedy=f"{wrong[:40]!r} may be {meant[wrong]!r}" if wrong and not twice else "",
+        )
+
+
+def _line(
+    number: int,
+    table: DelimitedTable,
+    row: list[str],
+    voice: VoiceSettings,
+    seen: dict[str, int],
+) -> Line | UnusableLine:
+    cells = dict.fromkeys(COLUMNS, "") | dict(zip(table.names, row, strict=False))
+    for column in NUMBERS:
+        cells[column] = table.number_text(cells[column])
+    name = cells["id"] or f"row {number}"
+    try:
+        if any(row[len(table.names) :]):
+            raise InputError(f"{len(row)} cells; allowed: {len(table.names)}")
+        _check_name(cells["id"])
+        before = seen.setdefault(cells["id"].casefold(), number)
+        if before != number:
+            raise InputError(f"id of row {before} too; allowed: each id once")
+        return _checked(cells, voice)
+    except InputError as error:
+        return UnusableLine(name[:100], f"row {number}: {error}")
+
+
+def _check_name(name: str) -> None:
+    if NAME.fullmatch(name) is None or name.endswith(".") or DEVICES.fullmatch(name):
+        raise InputError.about(
+            "id", found=repr(name[:60]), allowed="a plain name of letters, digits and _ - ."
+        )
+
+
+def _checked(cells: dict[str, str], voice: VoiceSettings) -> Line:
+    if not cells["text"] and not cells["audio"]:
+        raise InputError("no text and no audio; allowed: one of them, or both")
+    for column in SETTINGS:
+        cell = cells[column]
+        if column != "edits" and (cell.lower().endswith(FILES) or "/" in cell or "\\" in cell):
+            raise InputError.about(
+                column, found=repr(cell[:60]), allowed="a name, a number or a mix, no file"
+            )
+    return Line(
+        cells["id"],
+        cells["text"],
+        cells["audio"],
+        VoiceSettings(
+            cells["language"] or voice.language,
+            cells["voice"] or voice.voice,
+            _whole(cells["rate"], "rate", voice.words_per_minute),
+            _whole(cells["pitch"], "pitch", voice.pitch),
+        ),
+        {column: _setting(column, cells[column]) for column in SETTINGS if cells[column]},
+    )
+
+
+def _setting(column: str, cell: str) -> Any:
+    if column == "fps":
+        return frame_rate(cell)
+    if column in NUMBERS:
+        return _number(cell, column) if SETTINGS[column] == "float" else _whole(cell, column, 0)
+    return cell
+
+
+def _whole(cell: str, what: str, default: int) -> int:
+    if not cell:
+        return default
+    if not (cell.isascii() and cell.isdecimal() and len(cell) < 6):
+        raise InputError.about(what, found=repr(cell[:40]), allowed="a whole number")
+    return int(cell)
+
+
+def _number(cell: str, what: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        raise InputError.about(what, found=repr(cell[:40]), allowed="a number") from None

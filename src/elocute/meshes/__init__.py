@@ -1,0 +1,1 @@
+"""Mesh files: glTF, OBJ, PLY, STL, FBX, Draco and meshopt, read within limits."""

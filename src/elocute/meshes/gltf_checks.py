@@ -1,0 +1,276 @@
+"""Checks that the records of a glTF file fit each other, before anything follows them.
+
+Nothing is decoded: lengths and indices are compared as the JSON states them. Materials, textures
+and extensions are left to the programs that draw them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NoReturn, TypeGuard
+
+from elocute.errors import InputError
+from elocute.files.json_records import finite_number
+
+LISTS = (
+    *("accessors", "animations", "bufferViews", "buffers", "images", "materials", "meshes"),
+    *("nodes", "samplers", "scenes", "skins", "textures"),
+)
+RECORDS_MAX = 1_000_000
+NODES_MAX, TARGETS_MAX, PRIMITIVES_MAX = 100_000, 10_000, 10_000
+COUNT_MAX = 100_000_000
+"""Elements of an accessor: a mesh of a hundred million corners."""
+BYTES_MAX = 2**53
+INLINE = "data:"
+COMPONENT_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+FALLBACKS = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+"""Extensions with buffers that hold nothing: what is in them is packed elsewhere."""
+
+
+def check_gltf(
+    record: dict[str, Any],
+    binary_bytes: int | None,
+    subject: str | Path,
+    error: type[InputError] = InputError,
+) -> None:
+    """Check the records of a glTF file.
+
+    Parameters
+    ----------
+    record : dict
+        The JSON of the file.
+    binary_bytes : int or None
+        Length of the binary chunk; None without one.
+    subject : str or Path
+        Where it is from, for messages.
+    error : type of InputError
+        The class to raise.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, naming the record that does not fit, or the other file that is wanted.
+    """
+    _Checks(record, binary_bytes, subject, error).run()
+
+
+class _Checks:
+    def __init__(
+        self,
+        record: dict[str, Any],
+        binary_bytes: int | None,
+        subject: str | Path,
+        error: type[InputError],
+    ) -> None:
+        self.record, self.binary_bytes = record, binary_bytes
+        self.subject, self.error = subject, error
+        self.lists: dict[str, list[dict[str, Any]]] = {}
+
+    def refuse(self, found: str, allowed: str = "glTF 2.0 as it is specified") -> NoReturn:
+        raise self.error.about(self.subject, found=found, allowed=allowed)
+
+    def run(self) -> None:
+        asset = self.record.get("asset")
+        version = asset.get("version") if isinstance(asset, dict) else None
+        if not isinstance(version, str) or not version.startswith("2."):
+            self.refuse(f"asset.version {str(version)[:20]!r}", "glTF 2.0")
+        for name in LISTS:
+            self.lists[name] = self._list(name)
+        self._buffers()
+        self._views()
+        self._accessors()
+        self._images()
+        self._meshes()
+        self._nodes()
+        for number, skin in enumerate(self.lists["skins"]):
+            self._indices(f"skins[{number}].joints", skin.get("joints"), "nodes")
+        for number, scene in enumerate(self.lists["scenes"]):
+            self._indices(f"scenes[{number}].nodes", scene.get("nodes", []), "nodes")
+
+    def _list(self, name: str) -> list[dict[str, Any]]:
+        values = self.record.get(name, [])
+        if not isinstance(values, list) or not all(isinstance(each, dict) for each in values):
+            self.refuse(f"{name} that is no list of records")
+        if len(values) > RECORDS_MAX:
+            self.refuse(f"{len(values)} {name}", f"up to {RECORDS_MAX}")
+        return values
+
+    def _whole(self, value: Any, what: str, top: int = BYTES_MAX, low: int = 0) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= top:
+            self.refuse(f"{what} {str(value)[:30]}", f"a whole number, {low} to {top}")
+        return value
+
+    def _index(self, value: Any, what: str, kind: str) -> int:
+        count = len(self.lists[kind])
+        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < count:
+            self.refuse(f"{what} {str(value)[:30]}", f"one of {count} {kind}")
+        return value
+
+    def _indices(self, what: str, values: Any, kind: str) -> list[int]:
+        if not isinstance(values, list):
+            self.refuse(f"{what} that is no list")
+        return [self._index(value, what, kind) for value in values]
+
+    def _uri(self, record: dict[str, Any], what: str) -> str | None:
+        """What lies in the file as text; None for nothing. Other files are refused."""
+        uri = record.get("uri")
+        if uri is None:
+            return None
+        if not isinstance(uri, str) or not uri.startswith(INLINE):
+            self.refuse(
+                f"{what} kept in another file ({str(uri)[:60]})",
+                "everything in one file, as a .glb has it",
+            )
+        return uri
+
+    def _buffers(self) -> None:
+        for number, buffer in enumerate(self.lists["buffers"]):
+            what = f"buffers[{number}]"
+            size = self._whole(buffer.get("byteLength"), f"{what}.byteLength")
+            uri = self._uri(buffer, what)
+            if uri is not None:
+                _, comma, content = uri.partition(",")
+                there = len(content.rstrip("=")) * 3 // 4 if comma else 0
+            elif number == 0 and self.binary_bytes is not None:
+                there = self.binary_bytes
+            else:
+                extensions = buffer.get("extensions")
+                known = extensions if isinstance(extensions, dict) else {}
+                if not any(name in known for name in FALLBACKS):
+                    self.refuse(f"{what} without content")
+                there = size
+            if size > there:
+                self.refuse(f"{what} of {size} bytes, of which {there} are there")
+
+    def _views(self) -> None:
+        for number, view in enumerate(self.lists["bufferViews"]):
+            what = f"bufferViews[{number}]"
+            buffer = self._index(view.get("buffer"), f"{what}.buffer", "buffers")
+            start = self._whole(view.get("byteOffset", 0), f"{what}.byteOffset")
+            size = self._whole(view.get("byteLength"), f"{what}.byteLength", low=1)
+            stride = view.get("byteStride")
+            if stride is not None:
+                self._whole(stride, f"{what}.byteStride", 252, 4)
+            if start + size > self.lists["buffers"][buffer]["byteLength"]:
+                self.refuse(f"{what} that reaches beyond buffers[{buffer}]")
+
+    def _accessors(self) -> None:
+        for number, accessor in enumerate(self.lists["accessors"]):
+            what = f"accessors[{number}]"
+            kind, component = accessor.get("type"), accessor.get("componentType")
+            if not isinstance(kind, str) or kind not in WIDTHS:
+                self.refuse(f"{what}.type {str(kind)[:30]!r}", ", ".join(WIDTHS))
+            if not isinstance(component, int) or component not in COMPONENT_BYTES:
+                self.refuse(f"{what}.componentType {str(component)[:30]}")
+            count = self._whole(accessor.get("count"), f"{what}.count", COUNT_MAX, 1)
+            size = WIDTHS[kind] * COMPONENT_BYTES[component]
+            if "bufferView" in accessor:
+                self._inside(what, accessor, count, size)
+            sparse = accessor.get("sparse")
+            if sparse is not None:
+                self._sparse(f"{what}.sparse", sparse, count, size)
+
+    def _inside(self, what: str, part: dict[str, Any], count: int, size: int) -> None:
+        """Elements that lie in their view."""
+        number = self._index(part.get("bufferView"), f"{what}.bufferView", "bufferViews")
+        view = self.lists["bufferViews"][number]
+        start = self._whole(part.get("byteOffset", 0), f"{what}.byteOffset")
+        stride = view.get("byteStride") or size
+        if start + (count - 1) * stride + size > view["byteLength"]:
+            self.refuse(f"{what} that reaches beyond bufferViews[{number}]")
+
+    def _sparse(self, what: str, sparse: Any, most: int, size: int) -> None:
+        indices = sparse.get("indices") if _is(sparse) else None
+        values = sparse.get("values") if _is(sparse) else None
+        if not _is(indices) or not _is(values):
+            self.refuse(f"{what} without indices or values")
+        count = self._whole(sparse.get("count"), f"{what}.count", most, 1)
+        component = indices.get("componentType")
+        if not isinstance(component, int) or component not in COMPONENT_BYTES:
+            self.refuse(f"{what}.indices.componentType {str(component)[:30]}")
+        self._inside(f"{what}.indices", indices, count, COMPONENT_BYTES[component])
+        self._inside(f"{what}.values", values, count, size)
+
+    def _images(self) -> None:
+        for number, image in enumerate(self.lists["images"]):
+            self._uri(image, f"images[{number}]")
+            if "bufferView" in image:
+                self._index(image["bufferView"], f"images[{number}].bufferView", "bufferViews")
+
+    def _meshes(self) -> None:
+        for number, mesh in enumerate(self.lists["meshes"]):
+            what, primitives = f"meshes[{number}]", mesh.get("primitives")
+            if not isinstance(primitives, list) or not all(_is(each) for each in primitives):
+                self.refuse(f"{what}.primitives that is no list of records")
+            if not 0 < len(primitives) <= PRIMITIVES_MAX:
+                self.refuse(f"{what} of {len(primitives)} primitives", f"1 to {PRIMITIVES_MAX}")
+            counts = {len(self._targets(what, each)) for each in primitives}
+            if len(counts) > 1:
+                self.refuse(f"{what} whose primitives differ in their number of morph targets")
+            self._weights(f"{what}.weights", mesh.get("weights"), counts.pop())
+
+    def _targets(self, what: str, primitive: dict[str, Any]) -> list[Any]:
+        attributes = primitive.get("attributes")
+        if not _is(attributes):
+            self.refuse(f"{what} without attributes")
+        targets = primitive.get("targets", [])
+        if not isinstance(targets, list) or not all(_is(each) for each in targets):
+            self.refuse(f"{what}.targets that is no list of records")
+        if len(targets) > TARGETS_MAX:
+            self.refuse(f"{what} of {len(targets)} morph targets", f"up to {TARGETS_MAX}")
+        for part in (attributes, *targets):
+            for name, index in part.items():
+                if name in ("POSITION", "NORMAL", "TANGENT"):
+                    self._index(index, f"{what} {name}", "accessors")
+        return targets
+
+    def _weights(self, what: str, weights: Any, count: int) -> None:
+        if weights is None:
+            return
+        numbers = isinstance(weights, list) and all(finite_number(w) is not None for w in weights)
+        if not numbers or len(weights) != count:
+            self.refuse(f"{what} that are not one number for each morph target")
+
+    def _nodes(self) -> None:
+        nodes, meshes = self.lists["nodes"], self.lists["meshes"]
+        if len(nodes) > NODES_MAX:
+            self.refuse(f"{len(nodes)} nodes", f"up to {NODES_MAX}")
+        parents: dict[int, int] = {}
+        for number, node in enumerate(nodes):
+            what = f"nodes[{number}]"
+            for child in self._indices(f"{what}.children", node.get("children", []), "nodes"):
+                if child in parents:
+                    self.refuse(f"nodes[{child}] with two parents")
+                parents[child] = number
+            if "skin" in node:
+                self._index(node["skin"], f"{what}.skin", "skins")
+            if "mesh" in node:
+                mesh = meshes[self._index(node["mesh"], f"{what}.mesh", "meshes")]
+                count = len(mesh["primitives"][0].get("targets", []))
+                self._weights(f"{what}.weights", node.get("weights"), count)
+            for name, size in (("translation", 3), ("rotation", 4), ("scale", 3), ("matrix", 16)):
+                self._numbers(f"{what}.{name}", node.get(name), size)
+        self._no_circle(parents)
+
+    def _numbers(self, what: str, values: Any, size: int) -> None:
+        if values is None:
+            return
+        right = isinstance(values, list) and len(values) == size
+        if not right or any(finite_number(value) is None for value in values):
+            self.refuse(f"{what} that is not {size} numbers")
+
+    def _no_circle(self, parents: dict[int, int]) -> None:
+        """Every node hangs from one that nothing holds."""
+        nodes = self.lists["nodes"]
+        left = [number for number in range(len(nodes)) if number not in parents]
+        seen = 0
+        while left:
+            seen += 1
+            left += nodes[left.pop()].get("children", [])
+        if seen != len(nodes):
+            self.refuse("nodes that hold each other in a circle")
+
+
+def _is(value: Any) -> TypeGuard[dict[str, Any]]:
+    return isinstance(value, dict)

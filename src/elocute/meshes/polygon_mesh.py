@@ -1,0 +1,192 @@
+"""PolygonMesh: what an .obj, .ply or .stl says, before its materials and pictures are found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elocute.errors import InputError
+
+DENT = 0.01
+"""Sine of the turn inwards from which on a polygon is not cut from its first corner."""
+CUTS_MAX = 100_000
+"""Of trials, of which a polygon takes the square of its corners."""
+UNIT_TOP, BYTE_TOP, WORD_TOP = 2.0, 255.5, 65535.0
+"""Colours up to the first are shares of 1, which some programs overshoot; then bytes, words."""
+BRIGHT_SHARE = 0.99
+"""Of the values, which tell what a colour counts to: a single one may be wrong."""
+
+
+@dataclass(frozen=True, eq=False)
+class PolygonMesh:
+    """Polygons in the order of a file.
+
+    Attributes
+    ----------
+    vertices : (vertex, 3) float64
+        In the file's unit.
+    colors : (vertex, 3) uint8 or None
+        sRGB.
+    corners : (corner,) int64
+        Vertices of the polygons, one polygon after the other; all of them are there.
+    sizes : (face,) int64
+        Corners of each polygon.
+    uv : (place, 2) float64
+        Places in a picture, v upwards.
+    places : (corner,) int64
+        Rows of `uv`; -1 for a corner without one.
+    materials : (face,) int64
+        Rows of `material_names`; -1 for a face without one.
+    material_names : tuple of str
+        Names in material files; of a .ply, the names of pictures.
+    libraries : tuple of str
+        What the file names as its material files.
+    """
+
+    vertices: NDArray[np.float64]
+    colors: NDArray[np.uint8] | None
+    corners: NDArray[np.int64]
+    sizes: NDArray[np.int64]
+    uv: NDArray[np.float64]
+    places: NDArray[np.int64]
+    materials: NDArray[np.int64]
+    material_names: tuple[str, ...] = ()
+    libraries: tuple[str, ...] = ()
+
+    @property
+    def triangles(self) -> NDArray[np.int64]:
+        """(triangle, 3) vertices."""
+        return self.corners[self.fan()[0]]
+
+    def fan(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Triangles as rows of `corners` (triangle, 3), and the face of each (triangle,).
+
+        A polygon is cut from its first corner, one that has a corner turned inwards so that its
+        triangles cover it; one of two corners or fewer has no triangle.
+        """
+        counts = np.maximum(self.sizes - 2, 0)
+        starts, ends = np.cumsum(self.sizes) - self.sizes, np.cumsum(counts)
+        face = np.repeat(np.arange(len(counts)), counts)
+        step = np.arange(len(face)) - np.repeat(ends - counts, counts)
+        offsets = np.stack([np.zeros_like(step), step + 1, step + 2], axis=1)
+        for one in self._dented():
+            places = self.vertices[self.corners[starts[one] : starts[one] + self.sizes[one]]]
+            offsets[ends[one] - counts[one] : ends[one]] = _ears(places)
+        return np.repeat(starts, counts)[:, None] + offsets, face
+
+    def _dented(self) -> NDArray[np.int64]:
+        """Faces of which a corner is turned inwards, as many as are cut in a few seconds."""
+        faces = np.flatnonzero(self.sizes > 3)
+        sizes = self.sizes[faces]
+        ends = np.cumsum(sizes)
+        face = np.repeat(np.arange(len(faces)), sizes)
+        within = np.arange(len(face)) - (ends - sizes)[face]
+        starts = (np.cumsum(self.sizes) - self.sizes)[faces][face]
+        before, here, after = (
+            self.vertices[self.corners[starts + (within + step) % sizes[face]]]
+            for step in (-1, 0, 1)
+        )
+        turn = np.cross(here - before, after - here)
+        first = self.vertices[self.corners[starts]]
+        areas = np.cross(here - first, after - first)
+        normal = np.stack([np.bincount(face, areas[:, n], len(faces)) for n in range(3)], axis=1)
+        inwards = (turn * normal[face]).sum(axis=1)
+        least = np.linalg.norm(here - before, axis=1) * np.linalg.norm(after - here, axis=1)
+        dents = inwards < -DENT * least * np.linalg.norm(normal[face], axis=1)
+        found = faces[np.unique(face[dents])]
+        return found[np.cumsum(self.sizes[found] ** 2) <= CUTS_MAX]
+
+    def quads(self) -> NDArray[np.int64]:
+        """(face, 4) vertices of polygons; triangles repeat their last. Where there are larger
+        ones, all are triangles."""
+        if (self.sizes > 4).any():
+            return self.triangles[:, [0, 1, 2, 2]]
+        starts = np.cumsum(self.sizes) - self.sizes
+        whole = self.sizes > 2
+        last = np.minimum(np.arange(4), self.sizes[whole, None] - 1)
+        return self.corners[starts[whole, None] + last]
+
+
+def _ears(places: NDArray[np.float64]) -> list[tuple[int, int, int]]:
+    """Triangles of one polygon (corner, 3): one after the other those of three corners in a row
+    that turn outwards and have no other corner between them."""
+    normal = np.cross(places - places[0], np.roll(places, -1, axis=0) - places[0]).sum(axis=0)
+    left, found = list(range(len(places))), list[tuple[int, int, int]]()
+
+    def turn(a: Any, b: Any, c: Any) -> Any:
+        return np.cross(places[b] - places[a], places[c] - places[b]) @ normal
+
+    def is_ear(at: int) -> bool:
+        ear = left[at - 1], left[at], left[(at + 1) % len(left)]
+        apart = (places[left][:, None] != places[list(ear)]).any(axis=2).all(axis=1)
+        others = np.array(left)[apart]
+        sides = [turn(a, b, others) >= 0 for a, b in pairwise((*ear, ear[0]))]
+        return bool(turn(*ear) > 0 and not np.all(sides, axis=0).any())
+
+    while len(left) > 3:
+        at = next(filter(is_ear, range(len(left))), None)
+        if at is None:
+            break
+        found.append((left[at - 1], left[at], left[(at + 1) % len(left)]))
+        del left[at]
+    return found + [(left[0], b, c) for b, c in pairwise(left[1:])]
+
+
+def checked_mesh(
+    mesh: PolygonMesh, path: Path, error: type[InputError], cloud: bool = False
+) -> PolygonMesh:
+    """The mesh, once it has triangles, all of whose corners are there.
+
+    Parameters
+    ----------
+    mesh : PolygonMesh
+        As parsed; `places` that are not there become -1.
+    path : Path
+        The file, for the message.
+    error : type of InputError
+        The class to raise.
+    cloud : bool
+        Whether points without triangles are allowed.
+
+    Raises
+    ------
+    InputError
+        Of the class `error`, for a cloud of points, and for corners past the vertices.
+    """
+    count, corners = len(mesh.vertices), mesh.corners
+    if not count or not (cloud or (mesh.sizes > 2).any()):
+        found = f"{count} points without triangles" if count else "no vertices"
+        remedy = "make a surface of them first (MeshLab: screened Poisson)" if count else ""
+        raise error.about(path, found=found, allowed="a mesh of triangles", remedy=remedy)
+    if corners.size and not 0 <= corners.min() <= corners.max() < count:
+        raise error.about(
+            path, found=f"faces that point past {count} vertices", allowed="a whole mesh"
+        )
+    mesh.places[(mesh.places >= len(mesh.uv)) | (mesh.places < 0)] = -1
+    return mesh
+
+
+def color_bytes(values: NDArray[Any], kind: str) -> NDArray[np.uint8]:
+    """Colours as bytes, from numbers that count to 1, 255 or 65,535.
+
+    Parameters
+    ----------
+    values : (row, 3)
+        Of any numbers; what is not finite becomes black.
+    kind : str
+        NumPy's letter and size of the numbers as declared: "u1" counts to 255, "f4" mostly to 1.
+    """
+    shares = np.nan_to_num(np.asarray(values, np.float64), posinf=0, neginf=0)
+    if kind in ("u1", "i1"):  # where a signed byte is declared, an unsigned one is meant
+        return np.where(shares < 0, shares + 256, shares).clip(0, 255).astype(np.uint8)
+    bright = float(np.quantile(shares, BRIGHT_SHARE)) if shares.size else 0.0
+    if kind[0] == "f" and bright <= UNIT_TOP:
+        top = 1.0
+    else:
+        top = 255.0 if bright <= BYTE_TOP else max(WORD_TOP, float(bright))
+    return np.round(255 / top * np.clip(shares, 0, top)).astype(np.uint8)

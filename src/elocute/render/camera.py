@@ -1,0 +1,115 @@
+"""Places the camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elocute.array_types import Float32Array
+from elocute.errors import InputError
+from elocute.head.model import HeadModel
+from elocute.one_line_repr import brief
+from elocute.render.backends_and_views import FRAMINGS, VIEWS
+
+FIELD_DEG = 18.0  # vertical field of view: a portrait lens
+MARGIN = 1.06
+FOREHEAD, BELOW_CHIN = 0.62, 0.22  # of the distance from eyes to chin, above and below a face
+SIDES = {"head": 1.12, "face": 0.8}  # of the head's width, kept in the picture
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera that looks at a point.
+
+    Parameters
+    ----------
+    position : (3,) float32
+        Where it stands, m.
+    target : (3,) float32
+        What it looks at, m.
+    field_deg : float
+        Vertical field of view, degrees.
+    """
+
+    position: Float32Array
+    target: Float32Array
+    field_deg: float = FIELD_DEG
+
+    def axes(self) -> Float32Array:
+        """(3, 3) rows: right, up, back."""
+        back = self.position - self.target
+        back = back / np.linalg.norm(back)
+        right = np.cross([0.0, 1.0, 0.0], back)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(back, right), back]).astype(np.float32)
+
+    def matrix(self, aspect: float) -> Float32Array:
+        """(4, 4) world to clip space."""
+        axes = self.axes()
+        look = np.eye(4)
+        look[:3, :3], look[:3, 3] = axes, -axes @ self.position
+        distance = float(np.linalg.norm(self.position - self.target))
+        near, far = 0.4 * distance, 2.0 * distance
+        focal = 1 / np.tan(np.radians(self.field_deg) / 2)
+        lens = np.zeros((4, 4))
+        lens[0, 0], lens[1, 1] = focal / aspect, focal
+        lens[2, 2], lens[2, 3] = (far + near) / (near - far), 2 * far * near / (near - far)
+        lens[3, 2] = -1
+        return (lens @ look).astype(np.float32)
+
+
+def portrait(
+    head: HeadModel, view: str = "front", *, framing: str = "head", aspect: float = 1.0
+) -> Camera:
+    """A camera that frames a head with some of its neck, its face, or the mouth alone.
+
+    Parameters
+    ----------
+    head : HeadModel
+        What is framed.
+    view : str
+        A key of `VIEWS`: "front", "three-quarter", "side" or "mouth".
+    framing : str
+        "head", or "face": from the hairline to below the chin.
+    aspect : float
+        Width by height of the picture; in a tall one the camera steps back until the head is not
+        cut at its sides.
+
+    Returns
+    -------
+    Camera
+
+    Raises
+    ------
+    InputError
+        For an unknown view or framing.
+    """
+    for kind, value, known in (("view", view, VIEWS), ("framing", framing, FRAMINGS)):
+        if not isinstance(value, str) or value not in known:
+            raise InputError.about(
+                f"{kind} {brief(value)}", found="unknown", allowed=", ".join(known)
+            )
+    yaw_deg, pitch_deg, share = VIEWS[view]
+    high = head.template.max(axis=0)
+    skin = head.regions.get("skin", slice(None))  # clothes end lower and lie further in front
+    low, front = head.template[skin, 1].min(), head.template[skin, 2].max()
+    # The bust below the chin fills the frame's foot; the crown keeps some air.
+    top = high[1] + 0.02
+    chin = head.template[head.landmarks[8], 1] if len(head.landmarks) else low
+    bottom = max(low + 0.015, chin - 0.075)
+    eyes = head.template[head.landmarks[36:48], 1].mean() if len(head.landmarks) else high[1]
+    if framing == "face" and len(head.landmarks):
+        top, bottom = eyes + FOREHEAD * (eyes - chin), chin - BELOW_CHIN * (eyes - chin)
+    target = np.array([0.0, (top + bottom) / 2, front - 0.1])
+    if view == "mouth" and len(head.lip_rings):
+        target = head.template[head.lip_rings[0]].mean(axis=0)
+    height = (top - bottom) * share * MARGIN
+    if view != "mouth":
+        # Shoulders may be cut, the head may not.
+        shown = head.template[(head.template[:, 1] > chin) & (head.template[:, 1] < top)]
+        height = max(height, SIDES[framing] * np.ptp(shown[:, 0]) * MARGIN / aspect)
+    distance = height / 2 / np.tan(np.radians(FIELD_DEG) / 2)
+    yaw, pitch = np.radians(yaw_deg), np.radians(pitch_deg)
+    away = np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])
+    return Camera((target + away * distance).astype(np.float32), target.astype(np.float32))

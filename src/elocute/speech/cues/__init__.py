@@ -1,0 +1,1 @@
+"""Mouth cues and captions for drawn characters and players."""

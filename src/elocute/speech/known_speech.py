@@ -1,0 +1,118 @@
+"""What is known of a speech beside its sound: phones, words with times, or a text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from elocute.array_types import Float32Array
+from elocute.numerics.input_checks import check_alone
+from elocute.speech.cues.files import as_written
+from elocute.speech.text.known_phones import blended_posteriors
+from elocute.speech.text.transcript import Transcript, transcribe as aligned
+from elocute.speech.times.labels import Label, PhoneRefiner
+from elocute.speech.times.read import SpeechTimes
+
+
+@dataclass(frozen=True)
+class KnownSpeech:
+    """Phones as `extract_features` takes them, and notes that come up meanwhile.
+
+    Parameters
+    ----------
+    phones : list of (float, float, str), callable or None
+        None where nothing is known.
+    notes : list of str
+        What to know about them; grows while the features are made.
+    words : list of (float, float, str)
+        Start in s, end in s and word, where words are known, with the marks of a given text; grows
+        likewise.
+    """
+
+    phones: list[Label] | PhoneRefiner | None
+    notes: list[str] = field(default_factory=list)
+    words: list[Label] = field(default_factory=list)
+
+    def tell(self, note: str) -> None:
+        """Add a note."""
+        self.notes.append(note)
+
+
+def known_speech(
+    phones: list[Label] | SpeechTimes | None, text: str | None, language: str
+) -> KnownSpeech:
+    """What a caller knows of a speech.
+
+    Parameters
+    ----------
+    phones : list of (float, float, str), SpeechTimes or None
+        Phones with their times, or what a file of such times holds.
+    text : str or None
+        What is said.
+    language : str
+        Of the words.
+
+    Returns
+    -------
+    KnownSpeech
+
+    Raises
+    ------
+    InputError
+        For phones and a text together, and a text that cannot be spoken.
+    MachineError
+        Where the pronunciation of words is wanted and espeak-ng is missing.
+    """
+    check_alone(phones=phones, text=text)
+    if text is not None:
+        return transcribed_speech(Transcript.of_text(text, language))
+    if isinstance(phones, SpeechTimes):
+        return _timed(phones, language)
+    return KnownSpeech(phones)
+
+
+def transcribed_speech(transcript: Transcript, notes: tuple[str, ...] = ()) -> KnownSpeech:
+    """What a transcript says of a speech: nothing where no words were recognised."""
+    told, words = [*notes, *transcript.notes], list[Label]()
+    if not transcript.words:
+        return KnownSpeech(None, told)
+
+    def refine(heard: Float32Array, duration_s: float) -> Float32Array:
+        found = aligned(transcript, heard, duration_s)
+        told.extend(found.notes)
+        spoken = [(word.start_s, word.end_s, word.text) for word in found.words]
+        words.extend(as_written(spoken, transcript.text))
+        return found.posteriors
+
+    return KnownSpeech(refine, told, words)
+
+
+def _timed(times: SpeechTimes, language: str) -> KnownSpeech:
+    if not times.phones:
+        known = transcribed_speech(Transcript.of_words(times.words, language), times.notes)
+        inner = _within(times, known.phones, known.notes)
+        return KnownSpeech(inner, known.notes, known.words)
+    told = list(times.notes)
+
+    def refine(heard: Float32Array, duration_s: float) -> Float32Array:
+        return blended_posteriors(
+            times.phones, heard, duration_s, unknown=times.unknown, heard_share=0.0
+        )
+
+    return KnownSpeech(_within(times, refine, told), told, list(times.words))
+
+
+def _within(
+    times: SpeechTimes, refine: PhoneRefiner | list[Label] | None, told: list[str]
+) -> PhoneRefiner:
+    """The refiner, once the times are known to fit the sound."""
+    assert callable(refine)
+    inner: Callable[[Float32Array, float], Float32Array] = refine
+
+    def checked(heard: Float32Array, duration_s: float) -> Float32Array:
+        told.extend(times.check(duration_s))
+        return np.asarray(inner(heard, duration_s), np.float32)
+
+    return checked

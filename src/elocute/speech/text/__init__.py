@@ -1,0 +1,1 @@
+"""Texts and what they say about the phones of a recording."""

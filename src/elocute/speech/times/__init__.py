@@ -1,0 +1,1 @@
+"""Files of speech times: phones, visemes, words and captions, read and written."""

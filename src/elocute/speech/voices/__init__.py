@@ -1,0 +1,1 @@
+"""Speech synthesis: a text in, its sound and the times of its phones out."""

@@ -1,0 +1,1 @@
+"""Designs of studies: the file, the trials, and how many raters are needed."""

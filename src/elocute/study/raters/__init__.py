@@ -1,0 +1,1 @@
+"""Simulated raters, to try a study before people see it."""

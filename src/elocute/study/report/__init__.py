@@ -1,0 +1,1 @@
+"""Reports: answers and exclusions in, tables, figures, pages and PDF out."""

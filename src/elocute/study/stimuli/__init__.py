@@ -1,0 +1,1 @@
+"""Stimuli: what a study shows and plays, rendered and listed."""
