@@ -29,7 +29,7 @@ from recipes.trunk.spectrum import BatchLogMel
 
 LAYERS = (2, 3, 4)  # of the published encoder
 TEACHERS = ((3,), (3,), LAYERS)  # the layers that each head of the teacher reads
-TEACHER_STEPS, STEPS = 600, 900
+TEACHER_STEPS, STEPS = 600, 750
 RATE, DECAY, WARM, EMA = 2e-3, 2e-2, 0.15, 0.995
 PIECE_ROWS, SHARED_ROWS = 1300, 50  # what the encoder hears at once, less the sound around it
 REST_ROWS = 10
@@ -241,7 +241,8 @@ class MouthLesson:
     def _hear_augmented(
         self, samples: Float32Array, others: Sequence[MouthClip] | Sequence[Voice]
     ) -> RowsF16:
-        behind = np.resize(others[self._chance.integers(len(others))].samples, len(samples))
+        other = others[int(self._chance.integers(len(others)))]
+        behind = np.resize(other.samples, len(samples))
         return self._hear(self._augment(samples, behind), self._any_ahead(), augment=True)
 
 
@@ -266,15 +267,13 @@ def teach_mouth(
     """Give a trunk another head for the mouth; its layers and its phones stay as they are."""
     teacher = Teacher(whisper)
     lesson = MouthLesson(trunk, teacher, augment, seed)
-    (their_words, our_words), (their_sentences, our_sentences) = (
-        lesson.filmed(words),
-        lesson.filmed(sentences),
-    )
+    their_words, our_words = lesson.filmed(words)
+    their_sentences, our_sentences = lesson.filmed(sentences)
     teacher.learn([Source(their_words, 22, 64, 0.7), Source(their_sentences, 10, 150, 0.3)], seed)
     sources = [
         Source(our_words, 20, 64, 0.625),
         Source(our_sentences, 8, 150, 0.25),
-        Source(lesson.voiced(voices), 10, 200, 1.0, spread_over_speakers(voices)),
+        Source(lesson.voiced(voices), 12, 200, 1.0, spread_over_speakers(voices)),
     ]
     width = trunk.config.width
 
