@@ -28,8 +28,8 @@ import numpy as np
 import elocute
 from elocute.animation import animate
 from elocute.array_types import Float64Array
+from elocute.capture.simulation.range_scanner import phong_tessellation
 from elocute.capture.simulation.scan_simulator import Scanner, ScanSimulator
-from elocute.capture.simulation.smooth_surface import phong_tessellation
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion

@@ -37,16 +37,7 @@ if TYPE_CHECKING:
     )
     from elocute.capture.scans_to_corpus import capture_scans as capture_scans
     from elocute.capture.sequence_tracking import SequenceResult as SequenceResult
-    from elocute.capture.settings import (
-        BatchSettings as BatchSettings,
-        FaceRichness as FaceRichness,
-        Scanner as Scanner,
-    )
-    from elocute.capture.simulation.rich_faces.rich_face import (
-        RichFace as RichFace,
-        RichTake as RichTake,
-        take_from_sound as take_from_sound,
-    )
+    from elocute.capture.settings import BatchSettings as BatchSettings, Scanner as Scanner
     from elocute.capture.simulation.scan_simulator import simulate_scans as simulate_scans
     from elocute.capture.video_to_corpus import write_video_corpus as write_video_corpus
     from elocute.registration.landmarks import (

@@ -125,37 +125,3 @@ class Scanner:
 
     def __post_init__(self) -> None:
         check_settings(self, CaptureError)
-
-
-@described
-@dataclass(frozen=True)
-class FaceRichness:
-    """What the face of a simulated speaker has beyond the shapes of a rig.
-
-    0 leaves a thing out; at 1 each person has it to an extent of the person's own.
-
-    Raises
-    ------
-    CaptureError
-        For a number outside its range.
-    """
-
-    own_shapes: float = setting(
-        1.0, low=0.0, high=2.0, help="A person's own pattern, amount and path of each shape."
-    )
-    habits: float = setting(
-        1.0, low=0.0, high=2.0, help="A person's own targets and timing of each phone."
-    )
-    flesh: float = setting(
-        1.0, low=0.0, high=2.0, help="Lag and inertia of cheeks, chin and under-jaw."
-    )
-    slide: float = setting(1.0, low=0.0, high=2.0, help="Skin that slides over jaw and cheeks.")
-    lip_bulge: float = setting(
-        1.0, low=0.0, high=2.0, help="How much of what lips press away comes out on them."
-    )
-    swallowing: float = setting(1.0, low=0.0, high=2.0, help="Swallowing in pauses.")
-    breathing: float = setting(1.0, low=0.0, high=2.0, help="Nostrils, throat and collar.")
-    prosody: float = setting(1.0, low=0.0, high=2.0, help="Head and brow with the stress.")
-
-    def __post_init__(self) -> None:
-        check_settings(self, CaptureError)

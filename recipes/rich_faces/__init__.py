@@ -1,7 +1,6 @@
 """Simulated speakers whose faces move as no rig of the package does.
 
 rich_face      one person's face: phones and sound in, vertices out (`RichFace`, `RichTake`)
-person         what is drawn of a person from a seed
 talker_spread  how much real talkers differ, fitted by `recipes.talker_spread`
 habits         how a person says each phone: targets, timing, reduction
 prosody        head and brow with the stress of the speech
