@@ -39,20 +39,9 @@ DATA_UNIT = "the data's unit"
 
 @dataclass(frozen=True)
 class Benchmark:
-    """What a data set's published figures are counted over.
+    """What a data set's published figures are counted over: subjects and sentences of its test.
 
-    Attributes
-    ----------
-    name : str
-        As the command takes it.
-    topology : Topology
-        The mesh of the data.
-    subjects : tuple of str
-        Those of the test.
-    sentences : frozenset of str
-        Those of the test.
-    unit : str
-        Of lengths, for people.
+    name: as the command takes it. topology: the mesh of the data. unit: of lengths, for people.
     """
 
     name: str
@@ -78,14 +67,9 @@ themselves."""
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """The recorded test clips of a data set.
+    """The recorded test clips of a data set: SUBJECT_SENTENCE to what reads it, every frame.
 
-    Attributes
-    ----------
-    clips : dict of str to callable
-        SUBJECT_SENTENCE to what reads it, every frame.
-    subjects : dict of str to str
-        SUBJECT of each clip.
+    subjects: SUBJECT of each clip.
     """
 
     benchmark: Benchmark

@@ -241,18 +241,7 @@ def _gaps_at(gap_mm: Float64Array, closures: Sequence[Stretch], fps: float) -> l
 
 
 def face_score_spread(scores: Sequence[FaceScore]) -> dict[str, dict[str, float]]:
-    """Mean, standard deviation, least and greatest of each measure over faces.
-
-    Parameters
-    ----------
-    scores : sequence of FaceScore
-        One or more.
-
-    Returns
-    -------
-    dict of str to dict
-        For each measure `mean`, `deviation`, `least` and `greatest`.
-    """
+    """Of each measure `mean`, `deviation`, `least` and `greatest` over one face or more."""
     table = {}
     for name in (field.name for field in fields(FaceScore)):
         values = np.array([asdict(score)[name] for score in scores], np.float64)

@@ -245,22 +245,10 @@ def _add(tally: _Tally, take: SpokenTake) -> None:
 
 
 def labiodental_gap(motion: Motion) -> Float64Array:
-    """How far the middle of the lower lip is from the edge of the upper incisors.
+    """(frame,) mm from the middle of the lower lip to the edge of the upper incisors, seen
+    sideways.
 
-    Parameters
-    ----------
-    motion : Motion
-        On a head with lips and teeth.
-
-    Returns
-    -------
-    (frame,) float64
-        Millimetres, in the plane that divides left from right.
-
-    Raises
-    ------
-    HeadError
-        For a head that does not say where its lips and teeth are.
+    Raises HeadError for a head that does not say where its lips and teeth are.
     """
     head = motion.head
     edge = _incisor_edge(head)
@@ -288,22 +276,10 @@ def _incisor_edge(head: HeadModel) -> NDArray[np.integer]:
 def count_contacts(
     touching: NDArray[np.bool_], phones: Sequence[Label], wanted: str, fps: float
 ) -> ContactCount:
-    """Contacts that phones ask for, and contacts made.
+    """Contacts that phones ask for, "bilabial" or "labiodental", and contacts made.
 
-    Parameters
-    ----------
-    touching : (frame,) bool
-        Whether the lips, or lip and teeth, touch.
-    phones : sequence of (float, float, str)
-        Start in s, end in s and symbol of each phone, in order; what none covers is silence.
-    wanted : str
-        "bilabial" or "labiodental".
-    fps : float
-        Frames per second.
-
-    Returns
-    -------
-    ContactCount
+    touching: (frame,) whether the lips, or lip and teeth, touch. phones: in order; what none covers
+    is silence.
     """
     kinds = [(start, end, mouth_class(symbol)) for start, end, symbol in phones]
     silent = _silence(kinds, len(touching), fps)
