@@ -34,12 +34,12 @@ from elocute.evaluation.wild_scores import (
 )
 from elocute.files.work_folder import MODEL
 from elocute.one_line_repr import one_line
-from elocute.training.crnn.export import export_crnn
 from elocute.training.crnn.feature_cache import FeatureCache, cache_features
 from elocute.training.crnn.fit import TrainedCrnn, fit
+from elocute.training.crnn.run import export_crnn
 from elocute.training.crnn.settings import CrnnTrainConfig
 from elocute.training.crnn.training_data import select_training_data
-from elocute.training.training_log import Report
+from elocute.training.epochs import Report
 
 PAPER = {
     "speaker validation": 0.679,

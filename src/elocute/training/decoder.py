@@ -10,7 +10,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from elocute.training.target_space import MotionSpace
+from elocute.training.corpus_data import MotionSpace
 
 MM = 1000.0
 
