@@ -23,10 +23,17 @@ from elocute.alignment.alignment import (
     check_views,
 )
 from elocute.alignment.cca import LinearProjection, overall_correlation
-from elocute.alignment.dtw import CostMatrix, dtw, squared_distances
+from elocute.alignment.dtw import (
+    CostMatrix,
+    attention_path,
+    dtw,
+    expected_path,
+    merge_paths,
+    soft_dtw,
+    soft_path,
+    squared_distances,
+)
 from elocute.alignment.settings import AlignConfig, DtwConfig, DtwPathConfig, SoftDtwConfig
-from elocute.alignment.soft_dtw import soft_dtw, soft_path
-from elocute.alignment.warping_paths import attention_path, expected_path, merge_paths
 from elocute.array_types import Float32Array
 from elocute.errors import AlignmentError
 from elocute.one_line_repr import one_line
@@ -36,12 +43,8 @@ from elocute.one_line_repr import one_line
 class ViewFeatures:
     """What a method makes of a view (frame, feature).
 
-    Parameters
-    ----------
-    compared : (frame, dimension)
-        What costs and score are computed from.
-    hidden : (frame, unit), optional
-        What attention looks at; None for a method without attention.
+    compared: (frame, dimension), what costs and score are computed from. hidden: (frame, unit),
+    what attention looks at; None for a method without attention.
     """
 
     compared: Float32Array

@@ -12,8 +12,8 @@ import numpy as np
 from elocute.alignment.aligner import Aligner, dtw_aligner, projected_aligner
 from elocute.alignment.alignment import Views, WarpingPath
 from elocute.alignment.cca import LinearProjection, canonical_projections, principal_projection
+from elocute.alignment.dtw import diagonal_path
 from elocute.alignment.settings import CtwConfig, DtwConfig
-from elocute.alignment.warping_paths import diagonal_path
 from elocute.errors import AlignmentError
 
 

@@ -17,10 +17,10 @@ import numpy as np
 
 from elocute.alignment.aligner import Aligner, find_dtw_path, read_features
 from elocute.alignment.alignment import WarpingPath
+from elocute.alignment.dtw import diagonal_path
 from elocute.alignment.methods import fit_aligner, resolve_method
 from elocute.alignment.settings import DtwPathConfig
 from elocute.alignment.sound_views import DEFAULT, WINDOWS, speech_view
-from elocute.alignment.warping_paths import diagonal_path
 from elocute.array_types import Float32Array
 from elocute.audio.noise import babble, with_noise
 from elocute.audio.read import read_audio

@@ -41,29 +41,12 @@ class CapturedWord:
 def captured_words(
     corpus: Corpus, words: Path | None = None, split: str = "default"
 ) -> dict[str, list[CapturedWord]]:
-    """The words that captured speakers say, with their times.
+    """All that captured speakers say, with its times, by the spelling in lower case.
 
-    Parameters
-    ----------
-    corpus
-        Clips of captured speakers, with their texts.
-    words
-        Folder of CLIP.json or CLIP.TextGrid with the times of the words, as `elocute words`
-        writes them; a clip of one word needs none.
-    split
-        Name of the split; where the corpus lacks it, all clips count as `train`.
-
-    Returns
-    -------
-    dict
-        From a spelling in lower case to all that say it.
-
-    Raises
-    ------
-    CorpusError
-        Where no clip holds a word with times.
-    AlignmentError
-        For a file of words that is broken or does not fit its clip.
+    words: folder of CLIP.json or CLIP.TextGrid with the times of the words, as `elocute words`
+    writes them; a clip of one word needs none. split: where the corpus lacks it, all clips count as
+    `train`. Raises CorpusError where no clip holds a word with times, and AlignmentError for a file
+    of words that is broken or does not fit its clip.
     """
     if words is not None and not words.is_dir():
         raise CorpusError.about(words, found="no folder", allowed="a folder of CLIP.json")

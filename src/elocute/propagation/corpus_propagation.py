@@ -18,7 +18,9 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 from elocute.alignment.methods import resolve_method
-from elocute.corpus.corpus_store import open_corpus
+from elocute.capture.blendshapes.basis_motion import sweep_shapes
+from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
+from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.shard_file import sha256_of
 from elocute.corpus.shard_writing import BASIS
 from elocute.corpus.shards import ShardEntry, write_manifest
@@ -27,9 +29,8 @@ from elocute.errors import CorpusError, OutputError
 from elocute.files.atomic import write_atomically
 from elocute.files.work_folder import prepare_work
 from elocute.jobs.pool import FailedTask, Pool, one_after_another
-from elocute.motion.store import load_motion
-from elocute.propagation.blendshape_basis import provide_basis
-from elocute.propagation.captured_words import CapturedWord, captured_words
+from elocute.motion.store import load_motion, save_motion
+from elocute.propagation.captured_words import CapturedCorpus, CapturedWord, captured_words
 from elocute.propagation.settings import PropagateConfig, PropagationSettings
 from elocute.propagation.word_job import (
     RECORDS,
@@ -337,3 +338,25 @@ def _locked(folder: Path) -> Iterator[None]:
 def _some(words: Iterable[str]) -> str:
     names = sorted(words)
     return ", ".join(names[:5]) + (" …" if len(names) > 5 else "")
+
+
+def provide_basis(
+    corpus: Corpus, folder: Path, given: Path | None = None, split: str = "default"
+) -> Path:
+    """Absolute path of the speech blendshapes in the output folder (Tzirakis et al. 2019, 3.3).
+
+    given: a basis (.npz) to copy there; without one, what an earlier run left is kept, or one is
+    learned from the training clips of `split`, all clips where the corpus lacks it. Raises
+    CorpusError where the basis is of another mesh, or the split has no training clip.
+    """
+    path = (folder / BASIS).resolve()
+    if given is not None:
+        motion = load_motion(given)
+        CapturedCorpus(corpus, motion)  # refuses another mesh
+        save_motion(motion, path)
+    elif not path.is_file():
+        names = corpus.split(split).train if split in corpus.splits else tuple(corpus.by_name)
+        if not names:
+            raise CorpusError.about(corpus.folder, found=f"no clip in train of split {split}")
+        save_motion(sweep_shapes(learn_blendshapes(corpus, names).head), path)
+    return path

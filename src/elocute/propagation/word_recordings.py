@@ -39,14 +39,7 @@ VALIDATION_SHARE, TEST_SHARE = 0.1, 0.1
 class WordRecording:
     """One recording of one word; paths are relative to the folder of recordings.
 
-    Parameters
-    ----------
-    clip, word, speaker, split : str
-        Names.
-    audio : str
-        The sound file.
-    timing : str
-        A .txt as in LRW, or "" where the word fills the whole sound.
+    timing: a .txt as in LRW, or "" where the word fills the whole sound.
     """
 
     clip: str
