@@ -36,7 +36,7 @@ from elocute.motion.motion import Motion
 from elocute.registration.accuracy import correspondence_mm, scan_distances, surface_error
 from elocute.registration.closest_points import CoarseMesh, sample_triangles
 from elocute.registration.correspondences import sample_scan
-from elocute.registration.initial_pose import initial_poses
+from elocute.registration.head_search import initial_poses
 from elocute.registration.landmarks import Landmarks
 from elocute.registration.nonrigid_icp import NonrigidIcp
 from elocute.registration.register import register_neutral, register_nonrigid, register_scan

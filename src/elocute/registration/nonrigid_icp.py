@@ -40,20 +40,9 @@ CG_STEPS_MAX = 12
 class StiffnessLevel:
     """Settings of one level.
 
-    Attributes
-    ----------
-    alpha
-        Weight of the edges, α; coordinates are scaled to a head of size one.
-    landmarks
-        Weight of the landmarks, β.
-    steps
-        The most steps.
-    settled
-        Mean movement in m below which the level is done.
-    reach_m
-        The largest distance of a correspondence.
-    facing
-        The smallest cosine between the normals of a correspondence.
+    alpha: weight of the edges, α; coordinates are scaled to a head of size one. landmarks: weight
+    of the landmarks, β. steps: the most steps. settled: mean movement in m below which the level is
+    done. reach_m, facing: as for `find_correspondences`.
     """
 
     alpha: float
@@ -161,24 +150,11 @@ class NonrigidIcp:
         landmarks: Landmarks,
         levels: Sequence[StiffnessLevel] = COLD_LEVELS,
     ) -> tuple[Float64Array, int]:
-        """Lay the template over a scan.
+        """Lay the template over a scan: vertices (vertex, 3) m, and how many steps that took.
 
-        Parameters
-        ----------
-        start
-            (vertex, 3) m, the template in the scan's frame: fixed, adapted by Eq. 1 of "Speech in
-            the wild" (2019), or the frame before.
-        scan
-            With its holes; points on their rims are not matched.
-        landmarks
-            In the scan's frame.
-        levels
-            Settings, stiff to soft.
-
-        Returns
-        -------
-        Vertices (vertex, 3) m, of which only the skin has moved (not eyes, teeth and tongue), and
-        how many steps that took.
+        Only the skin moves (not eyes, teeth and tongue). start: (vertex, 3) m, the template in the
+        scan's frame: fixed, adapted by Eq. 1 of "Speech in the wild" (2019), or the frame before.
+        Points on the rims of the scan's holes are not matched. levels: stiff to soft.
         """
         skin = self.template.skin
         # In the frame of the head the matrix is nearly the same for all frames of a person.

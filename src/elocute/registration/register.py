@@ -25,9 +25,8 @@ from elocute.registration.accuracy import (
     registration_error,
 )
 from elocute.registration.correspondences import ScanSamples, sample_scan
-from elocute.registration.head_search import face_distance_mm
-from elocute.registration.initial_pose import FAR_MM, initial_poses
-from elocute.registration.inner_parts import carry_inner_parts
+from elocute.registration.free_offsets import carry_inner_parts
+from elocute.registration.head_search import FAR_MM, face_distance_mm, initial_poses
 from elocute.registration.landmarks import Landmarks, no_landmarks
 from elocute.registration.model_fit import ModelFit, ModelParameters
 from elocute.registration.nonrigid_icp import NonrigidIcp
@@ -160,10 +159,7 @@ def _general(head: HeadModel) -> Template:
 def locate_head(head: HeadModel, scan: Scan) -> HeadPose:
     """Roughly where a head is in a scan without landmarks, however it lies.
 
-    Raises
-    ------
-    CaptureError
-        For a scan without a head.
+    Raises CaptureError for a scan without a head.
     """
     scan, _ = checked_scan(scan)
     template = _general(head)
