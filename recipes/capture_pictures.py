@@ -17,8 +17,11 @@ import numpy as np
 from PIL import Image
 
 from elocute.audio.read import read_audio
-from elocute.capture.blendshapes.basis_motion import extreme_shapes, sweep_shapes
-from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
+from elocute.capture.blendshapes.blendshape_learning import (
+    extreme_shapes,
+    learn_blendshapes,
+    sweep_shapes,
+)
 from elocute.capture.blendshapes.settings import BlendshapeConfig
 from elocute.capture.settings import Scanner
 from elocute.capture.simulation.scan_simulator import ScanSimulator

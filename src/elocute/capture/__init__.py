@@ -4,8 +4,7 @@ Scans, in the order in which a recording goes through them:
 
 scans               files of scans and landmarks; a landmark detector for scans without them
 registration        the head's topology laid onto one scan
-sequence_tracking   frame after frame, each from the one before
-registered_frames   those frames on disk, so that an interrupted sequence resumes
+sequence_tracking   frame after frame, each from the one before, on disk to be resumed
 motion_cleaning     neck, ears and eyes of the registered motion
 sequence_report     an HTML page per sequence: errors, worst frames, flagged frames
 scans_to_corpus     all of it in one call: folders of scans to a corpus

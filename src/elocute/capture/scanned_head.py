@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
-from elocute.capture.found_landmarks import find_landmarks
 from elocute.capture.scans import landmark_detection
+from elocute.capture.scans.landmark_detection import find_landmarks
 from elocute.corpus.length_units import fitting_unit, is_head_sized, longest_side
 from elocute.errors import CaptureError, MachineError
 from elocute.head.builtin import load_builtin_head
@@ -40,14 +40,9 @@ FADE_PX = 10.0
 
 @dataclass(frozen=True, eq=False)
 class ScannedHead:
-    """The head of a person, and how well it lies on the scan.
+    """The head of a person, in metres, and how well it lies on the scan.
 
-    Parameters
-    ----------
-    head : HeadModel
-        In metres, with the built-in head's shapes and joints; without identities.
-    registration : Registration
-        Of the scan.
+    It has the built-in head's shapes and joints, and no identities.
     """
 
     head: HeadModel
@@ -57,26 +52,12 @@ class ScannedHead:
 def open_scanned_head(
     path: str | Path, landmarks: str | Path | None = None, unit: str | None = None
 ) -> ScannedHead:
-    """Make a head that speaks of a scan's file.
+    """Make a head that speaks of a scan's file, as `elocute.capture.read_scan` takes it.
 
-    Parameters
-    ----------
-    path : str or Path
-        A scan (.ply or .obj), as `elocute.capture.read_scan` takes it.
-    landmarks : str or Path, optional
-        The scan's 68 landmarks in its unit. Without them they are detected, if the extra `video`
-        is installed, or else the surface alone tells.
-    unit : str, optional
-        m, mm, cm, dm or inch; by default the one in which the scan has the size of a head.
-
-    Returns
-    -------
-    ScannedHead
-
-    Raises
-    ------
-    CaptureError
-        As `scanned_head`; for a file that is no scan, and of no size of a head.
+    landmarks: the scan's 68 landmarks in its unit. Without them they are detected, if the extra
+    `video` is installed; otherwise only the surface is used. unit: m, mm, cm, dm or inch; by
+    default the one in which the scan has the size of a head. Raises CaptureError as `scanned_head`;
+    for a file that is no scan, and of no size of a head.
     """
     scan = _scan_in_unit(Path(path), unit)
     if landmarks is not None:
@@ -113,23 +94,10 @@ def detected_landmarks(head: HeadModel, scan: Scan) -> Landmarks:
 
 
 def scanned_head(scan: Scan, landmarks: Landmarks) -> ScannedHead:
-    """Make a head that speaks of a scan.
+    """Make a head that speaks of a scan in metres of a person at rest, lips shut or a little apart.
 
-    Parameters
-    ----------
-    scan : Scan
-        A person at rest, in metres; lips shut or a little apart.
-    landmarks : Landmarks
-        The scan's 68 landmarks; with too few good ones the face is searched for.
-
-    Returns
-    -------
-    ScannedHead
-
-    Raises
-    ------
-    CaptureError
-        For a scan without a face, and one on which the face is lost.
+    With too few good landmarks the face is searched for. Raises CaptureError for a scan without a
+    face, and one on which the face is lost.
     """
     builtin = load_builtin_head()
     own, found = register_neutral(builtin, scan, landmarks)
@@ -185,18 +153,8 @@ def joined_lips(head: HeadModel, points: Float64Array) -> Float64Array:
 def baked_colors(head: HeadModel, points: Float64Array, scan: Scan) -> bytes:
     """The picture of the skin (PNG) in the colours of a scan.
 
-    Parameters
-    ----------
-    head : HeadModel
-        Dressed; its own picture of the skin stays where the scan shows nothing.
-    points : (vertex, 3)
-        Its vertices where the scan was, m.
-    scan : Scan
-        With colours.
-
-    Returns
-    -------
-    bytes
+    head: dressed; its own picture of the skin stays where the scan shows nothing. points: (vertex,
+    3) m, its vertices where the scan was.
     """
     from PIL import Image
     from scipy.ndimage import distance_transform_edt, gaussian_filter

@@ -12,8 +12,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registered_frames import FrameRecord, read_pose, read_zero
-from elocute.capture.sequence_tracking import SequenceResult, TrackedSequence
+from elocute.capture.sequence_tracking import (
+    FrameRecord,
+    SequenceResult,
+    TrackedSequence,
+    read_pose,
+    read_zero,
+)
 from elocute.errors import CaptureError, MachineError
 from elocute.files.atomic import write_atomically
 from elocute.head.mesh import head_from_arrays

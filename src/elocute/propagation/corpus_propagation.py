@@ -18,8 +18,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 from elocute.alignment.methods import resolve_method
-from elocute.capture.blendshapes.basis_motion import sweep_shapes
-from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
+from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes, sweep_shapes
 from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.shard_file import sha256_of
 from elocute.corpus.shard_writing import BASIS

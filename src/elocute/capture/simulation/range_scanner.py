@@ -34,14 +34,8 @@ AWAY_M = 1.0
 class Subdivision:
     """Triangles cut into parts², the same for every shape of a mesh.
 
-    Attributes
-    ----------
-    parent
-        (fine point,) the triangle it lies on.
-    bary
-        (fine point, 3) barycentric coordinates in it.
-    triangles
-        (fine triangle, 3) into fine points.
+    parent: (fine point,) the triangle it lies on. bary: (fine point, 3) barycentric coordinates in
+    it. triangles: (fine triangle, 3) into fine points.
     """
 
     parent: NDArray[np.intp]
@@ -96,16 +90,8 @@ def phong_tessellation(
 class RangeImage:
     """What one camera sees of a surface.
 
-    Attributes
-    ----------
-    triangle
-        (point,) fine triangle that a pixel shows.
-    bary
-        (point, 3) barycentric coordinates in it.
-    ray
-        (point, 3) unit direction from the camera.
-    cell
-        (point, 2) pixel.
+    triangle: (point,) fine triangle that a pixel shows. bary: (point, 3) barycentric coordinates in
+    it. ray: (point, 3) unit direction from the camera. cell: (point, 2) pixel.
     """
 
     triangle: NDArray[np.intp]
@@ -119,16 +105,9 @@ class RangeImage:
 def render_range_images(
     points: Float64Array, triangles: NDArray[np.int32], spacing_m: float, jitter: Float64Array
 ) -> list[RangeImage]:
-    """The parts of a surface that each camera faces best.
+    """The parts of a surface, points (point, 3) m and triangles, that each camera faces best.
 
-    Parameters
-    ----------
-    points, triangles
-        (point, 3) m and (triangle, 3), the surface.
-    spacing_m
-        Width of a pixel.
-    jitter
-        (2,) shift of the pixel grids, in pixels.
+    spacing_m: width of a pixel. jitter: (2,) shift of the pixel grids, in pixels.
     """
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene

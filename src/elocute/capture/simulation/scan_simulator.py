@@ -71,14 +71,9 @@ class PosedTake(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class GroundTruth:
-    """What was scanned.
+    """What was scanned: vertices (vertex, 3) m of the head's topology, posed and in zero pose.
 
-    Attributes
-    ----------
-    posed, zero
-        Vertices (vertex, 3) m of the head's topology, posed and in zero pose.
-    translation, turns
-        (3,) m and (joint, 4) unit quaternions wxyz that lead from zero pose to posed.
+    translation (3,) m and turns (joint, 4), unit quaternions wxyz, lead from zero pose to posed.
     """
 
     posed: Float64Array
@@ -89,20 +84,10 @@ class GroundTruth:
 
 @dataclass(frozen=True, eq=False)
 class ScannedFrame:
-    """One simulated scan and its truth.
+    """One simulated scan and its truth: where the template's vertices were.
 
-    Attributes
-    ----------
-    points
-        (point, 3) m.
-    triangles
-        (triangle, 3).
-    colors
-        (point, 3) uint8 sRGB, or None.
-    landmarks
-        With the scanner's noise.
-    truth
-        Where the template's vertices were.
+    points: (point, 3) m. triangles: (triangle, 3). colors: (point, 3) uint8 sRGB, or None.
+    landmarks: with the scanner's noise.
     """
 
     points: Float64Array
@@ -116,14 +101,9 @@ class ScannedFrame:
 
 @dataclass(frozen=True, eq=False)
 class ScanSimulator:
-    """A motion in front of a scanner; `frame` scans one frame of it.
+    """A motion of a head that names its regions and landmarks, in front of a scanner.
 
-    Attributes
-    ----------
-    motion
-        Of a head that names its regions and landmarks.
-    scanner
-        How scans are taken.
+    `frame` scans one frame of it.
     """
 
     motion: Motion | PosedTake

@@ -70,20 +70,11 @@ RESTING = (
 class Person:
     """A face as a video shows it at rest.
 
-    Attributes
-    ----------
-    head
-        The built-in head with this face as its template: identity, resting expression and what
-        these two cannot represent.
-    identity
-        (77,) standard deviations.
-    rest
-        (component,) weights that the template contains.
-    camera
-        The camera that took the video.
-    bias
-        (478, 3) m in the head's frame: offset at which the detector sees each point from where the
-        model has it, median over the frames at rest.
+    head: the built-in head with this face as its template: identity, resting expression and what
+    these two cannot represent. identity: (77,) standard deviations. rest: (component,) weights that
+    the template contains. camera: the one that took the video. bias: (478, 3) m in the head's
+    frame, offset at which the detector sees each point from where the model has it, median over the
+    frames at rest.
     """
 
     head: HeadModel
@@ -102,16 +93,7 @@ def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
     with closed lips (those with the smallest gap where none are closed), alternating with the
     poses. One face in front of one camera says little about the focal length, so a few are tried
     against a prior. The template follows the remaining offsets as far as they are smooth over the
-    face; what is left is returned as `bias`.
-
-    Parameters
-    ----------
-    head
-        The built-in head.
-    table
-        Where the points lie on it.
-    track
-        The tracked points.
+    face; what is left is returned as `bias`. table: where the points lie on the built-in head.
     """
     frames = resting_frames(track)
     seen = track.points[frames]
@@ -208,21 +190,12 @@ def _bias(fit: _Fit, model: Float64Array, seen: Float64Array, closed: bool) -> F
 def _refine_template(
     head: HeadModel, table: FacePoints, bias: Float64Array, trust: Float64Array
 ) -> tuple[HeadModel, Float64Array]:
-    """Move the template by a smooth field through the offsets at the points.
+    """Move the template by a smooth field through the offsets at the points; and what is left of
+    them.
 
     The field depends on the place alone, so lips that touch go on touching; eyeballs move as a
     whole, and their joints with them. The rim of the face is left out, as it slides over the skin.
-
-    Parameters
-    ----------
-    bias
-        (478, 3) m in the head's frame.
-    trust
-        (478,) weights.
-
-    Returns
-    -------
-    The head with the moved template, and what is left of the bias.
+    bias: (478, 3) m in the head's frame. trust: (478,) weights.
     """
     places = table.on(head.template)
     used = np.setdiff1d(np.arange(IRIS), RIM)
