@@ -32,8 +32,8 @@ def fit_projections(groups: Sequence[Views], config: CtwConfig) -> list[LinearPr
     paths = initial_paths(groups, config)
     projections = basis
     for _ in range(config.rounds):
-        found = canonical_along_paths(reduced, paths, config.dimensions, config.ridge, shared)
-        projections = [one.then(other) for one, other in zip(basis, found, strict=True)]
+        canonical = canonical_along_paths(reduced, paths, config.dimensions, config.ridge, shared)
+        projections = [one.then(other) for one, other in zip(basis, canonical, strict=True)]
         aligner = projected_aligner(config, projections, widths)
         before, paths = paths, [each.path for each in aligner.align_all(groups)]
         if all(np.array_equal(a, b) for a, b in zip(before, paths, strict=True)):

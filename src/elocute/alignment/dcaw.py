@@ -289,8 +289,8 @@ def fold(
                     if place == 0:
                         sides[last].append(target)
     views = [np.concatenate(side) for side in sides.values() if side]
-    found = canonical_projections(views, views[0].shape[1], config.ridge)
-    for encoder, projection in zip(network.encoders, found, strict=False):
+    projections = canonical_projections(views, views[0].shape[1], config.ridge)
+    for encoder, projection in zip(network.encoders, projections, strict=False):
         encoder.fold(*_tensors(projection))  # pyright: ignore[reportCallIssue]
 
 

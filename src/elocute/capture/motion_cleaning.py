@@ -47,8 +47,8 @@ def clean_motion(
     vertices around the mouth stay bit for bit as given. eyes_s: standard deviation of the
     smoothing, s; 0 for none.
     """
-    given = np.asarray(frames, np.float32)
-    return np.stack(list(clean_frames(head, lambda: iter(given), fps, eyes_s=eyes_s)))
+    registered = np.asarray(frames, np.float32)
+    return np.stack(list(clean_frames(head, lambda: iter(registered), fps, eyes_s=eyes_s)))
 
 
 def clean_frames(

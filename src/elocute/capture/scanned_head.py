@@ -87,10 +87,10 @@ def detected_landmarks(head: HeadModel, scan: Scan) -> Landmarks:
     """Landmarks of a scan in metres as a detector sees them; none where there is no detector."""
     try:
         with landmark_detection.mediapipe_landmarks() as detector:
-            found = find_landmarks(head, scan, detector)
+            landmarks = find_landmarks(head, scan, detector)
     except MachineError:
         return no_landmarks()
-    return found if found.enough else no_landmarks()
+    return landmarks if landmarks.enough else no_landmarks()
 
 
 def scanned_head(scan: Scan, landmarks: Landmarks) -> ScannedHead:
@@ -100,11 +100,11 @@ def scanned_head(scan: Scan, landmarks: Landmarks) -> ScannedHead:
     face, and one on which the face is lost.
     """
     builtin = load_builtin_head()
-    own, found = register_neutral(builtin, scan, landmarks)
-    if found.lost:
+    own, registration = register_neutral(builtin, scan, landmarks)
+    if registration.lost:
         raise CaptureError.about(
             scan.name,
-            found=f"a face that was lost ({found.lost})",
+            found=f"a face that was lost ({registration.lost})",
             allowed="a scan of a whole face at rest",
             remedy="give its landmarks",
         )
@@ -122,10 +122,10 @@ def scanned_head(scan: Scan, landmarks: Landmarks) -> ScannedHead:
     bare = Look(hair="none", clothes="none", brows="none", lashes=0.0)
     plain = dress(person, bare, finer=False)
     if scan.colors is None:
-        return ScannedHead(plain, found)
-    seen = baked_colors(plain, found.vertices[: plain.vertex_count], scan)
+        return ScannedHead(plain, registration)
+    seen = baked_colors(plain, registration.vertices[: plain.vertex_count], scan)
     skin = replace(plain.surfaces["skin"], color=seen)
-    return ScannedHead(replace(plain, surfaces={**plain.surfaces, "skin": skin}), found)
+    return ScannedHead(replace(plain, surfaces={**plain.surfaces, "skin": skin}), registration)
 
 
 def joined_lips(head: HeadModel, points: Float64Array) -> Float64Array:

@@ -224,8 +224,8 @@ class TrackedSequence:
     def records(self) -> dict[int, FrameRecord]:
         """Records by number, of the frames that are done."""
         key = self.key
-        found = {number: read_frame_record(self.path(number), key) for number in self.numbers}
-        return {number: record for number, record in found.items() if record is not None}
+        stored = {number: read_frame_record(self.path(number), key) for number in self.numbers}
+        return {number: record for number, record in stored.items() if record is not None}
 
     @property
     def numbers(self) -> tuple[int, ...]:
@@ -265,10 +265,12 @@ def _track_one(
         landmarks = track.sequence.landmarks(number)
         scan = track.sequence.scan(number)
         if track.settings.method == "nicp":
-            found, _ = register_nonrigid(template, scan, landmarks, adapted=track.settings.adapted)
+            registration, _ = register_nonrigid(
+                template, scan, landmarks, adapted=track.settings.adapted
+            )
         else:
-            found = register_scan(template, scan, landmarks, before)
-        flag = found.lost
+            registration = register_scan(template, scan, landmarks, before)
+        flag = registration.lost
     except (
         ElocuteError,
         MemoryError,
@@ -277,19 +279,19 @@ def _track_one(
         ArithmeticError,
     ) as error:
         # RuntimeError: a sparse system that SuperLU finds singular.
-        found, flag = None, str(error) or type(error).__name__
+        registration, flag = None, str(error) or type(error).__name__
     record = FrameRecord(number, flag, landmarks=int(landmarks.good.sum()))
-    if found is not None:
+    if registration is not None:
         record = FrameRecord(
             number,
             flag,
-            found.surface,
-            found.landmark_mm,
+            registration.surface,
+            registration.landmark_mm,
             record.landmarks,
-            found.seconds,
-            found.notes,
+            registration.seconds,
+            registration.notes,
         )
-    write_frame(track.path(number), key, record, found)
+    write_frame(track.path(number), key, record, registration)
     return record
 
 

@@ -189,8 +189,8 @@ def sentence_pairs(
     pairs = []
     for place, sentence in enumerate(sentences):
         others = [words[(place + n + 1) % len(words)] for n in range(len(words))]
-        found = (sentence_pair(sentence, w) for w in others if w.name != sentence.name)
-        pairs += [pair for pair in found if pair][:each]
+        candidates = (sentence_pair(sentence, w) for w in others if w.name != sentence.name)
+        pairs += [pair for pair in candidates if pair][:each]
     return pairs
 
 
@@ -223,8 +223,8 @@ def score_words(
                 own_fits[each.fit_key] = _fitted(each, pairs, seed, encoder)
             paths = _paths(own_fits[each.fit_key], each, pairs)
             scores = [pair_scores(pair, path) for pair, path in zip(pairs, paths, strict=True)]
-            error, overlap, found = map(float, np.mean(scores, axis=0))
-            own.append(WordScore(word, each.name, len(pairs), error, overlap, found))
+            error, overlap, whole = map(float, np.mean(scores, axis=0))
+            own.append(WordScore(word, each.name, len(pairs), error, overlap, whole))
         rows += own
         if on_word:
             on_word((place + 1) / len(words), own)
@@ -250,7 +250,7 @@ def _paths(
         return [diagonal_path(len(source), len(target)) for source, target in _views(pairs)]
     if each.reading:
         fitted = read_otherwise(fitted, READINGS[each.reading])
-    return [found.path for found in fitted.align_all(_views(pairs))]
+    return [alignment.path for alignment in fitted.align_all(_views(pairs))]
 
 
 def _views(pairs: Sequence[RecordingPair]) -> list[tuple[Float32Array, Float32Array]]:
@@ -275,8 +275,8 @@ def pair_scores(pair: RecordingPair, path: WarpingPath) -> tuple[float, float, f
     sources, targets = [s for s, _ in pair.spans], [t for _, t in pair.spans]
     true = (sources[0][0], sources[-1][1])
     word = (targets[0][0], targets[-1][1])
-    found = carried_overlap(path, [true], [word], rate)
-    return path_error(path, pair.truth), carried_overlap(path, sources, targets, rate), found
+    whole = carried_overlap(path, [true], [word], rate)
+    return path_error(path, pair.truth), carried_overlap(path, sources, targets, rate), whole
 
 
 def compare_methods(

@@ -67,7 +67,7 @@ class FaceScore:
             "lip in lip": self.lip_depth_mm > LIP_DEPTH_MAX_MM,
             "lip in tooth": self.tooth_depth_mm > TOOTH_DEPTH_MAX_MM,
         }
-        return tuple(name for name, found in wrong.items() if found)
+        return tuple(name for name, is_wrong in wrong.items() if is_wrong)
 
     @property
     def severity(self) -> float:

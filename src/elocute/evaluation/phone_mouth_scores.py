@@ -203,18 +203,18 @@ def phone_mouth_score(takes: Iterable[SpokenTake]) -> PhoneMouthScore:
     for take in takes:
         _add(tally, take)
     rounded, spread = np.array(tally.rounded), np.array(tally.spread)
-    narrowing = protrusion = told = np.nan
+    narrowing = protrusion = narrower = np.nan
     if len(rounded) and len(spread):
         narrowing = float(spread[:, 0].mean() - rounded[:, 0].mean())
         protrusion = float(rounded[:, 1].mean() - spread[:, 1].mean())
-        told = float((rounded[:, None, 0] < spread[None, :, 0]).mean())
+        narrower = float((rounded[:, None, 0] < spread[None, :, 0]).mean())
     return PhoneMouthScore(
         seconds=tally.seconds,
         closures=ContactCount(*map(int, tally.closures)),
         labiodentals=ContactCount(*map(int, tally.labiodentals)),
         narrowing_mm=narrowing,
         protrusion_mm=protrusion,
-        rounding_told=told,
+        rounding_told=narrower,
         opening_r=float(np.mean(tally.correlations)) if tally.correlations else np.nan,
         rest=float(np.concatenate(tally.resting).mean()) if tally.resting else np.nan,
     )

@@ -107,17 +107,17 @@ def matched_phones(source: Sequence[str], target: Sequence[str]) -> list[tuple[i
         for j in range(1, columns + 1):
             swap = edits[i - 1, j - 1] + (source[i - 1] != target[j - 1])
             edits[i, j] = min(swap, edits[i - 1, j] + 1, edits[i, j - 1] + 1)
-    found, i, j = [], rows, columns
+    matches, i, j = [], rows, columns
     while i and j:
         same = source[i - 1] == target[j - 1]
         if edits[i, j] == edits[i - 1, j - 1] + (not same):
             i, j = i - 1, j - 1
-            found.append((i, j, same))
+            matches.append((i, j, same))
         elif edits[i, j] == edits[i - 1, j] + 1:
             i -= 1
         else:
             j -= 1
-    return found[::-1]
+    return matches[::-1]
 
 
 def read_phone_times(path: Path) -> tuple[tuple[PhoneSpan, ...], TimeSpan | None]:

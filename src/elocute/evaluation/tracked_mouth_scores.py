@@ -255,23 +255,23 @@ def measure_tracked_mouth(
         for name in MEASURED
         if f"{name}_mm" in predicted.names
     }
-    found = {
+    correlations = {
         name: _correlate(recorded, getattr(recorded, name), times, tracks.get(name))
         for name in MEASURED
     }
     opening, valid = tracks["opening"], recorded.valid
     met = _closures(recorded.words, times, opening)
     real = _closures(recorded.words, recorded.times_s[valid], recorded.opening[valid])
-    best = {name: int(np.argmax(rs)) for name, (_, rs) in found.items()}
+    best = {name: int(np.argmax(rs)) for name, (_, rs) in correlations.items()}
     middle = len(LAGS_S) // 2
     seals = _seals(recorded, opening * eye_distance_mm, predicted.fps)
     score = MouthScore(
         recorded.name,
         recorded.talker,
         recorded.language,
-        **{f"{name}_r": raw for name, (raw, _) in found.items()},
-        **{f"{name}_synced_r": float(rs[middle]) for name, (_, rs) in found.items()},
-        **{f"{name}_best_r": float(rs[best[name]]) for name, (_, rs) in found.items()},
+        **{f"{name}_r": raw for name, (raw, _) in correlations.items()},
+        **{f"{name}_synced_r": float(rs[middle]) for name, (_, rs) in correlations.items()},
+        **{f"{name}_best_r": float(rs[best[name]]) for name, (_, rs) in correlations.items()},
         opening_lag_s=float(LAGS_S[best["opening"]]),
         **dict(zip(("closures_met", "closures", "false_met", "others"), met, strict=True)),
         real_closures_met=real[0],
@@ -279,7 +279,7 @@ def measure_tracked_mouth(
         **dict(zip(("seals_right", "seals_false", "seals_missed"), seals, strict=True)),
     )
     return _at_the_same_moments(
-        recorded, score, found["opening"][1], times, opening, eye_distance_mm, speaking
+        recorded, score, correlations["opening"][1], times, opening, eye_distance_mm, speaking
     )
 
 

@@ -106,8 +106,8 @@ def find_tracked_mouths(folder: str | Path, names: list[str] | None = None) -> l
         paths = sorted(place.glob("*.npz"))
     missing = [path for path in paths if not path.is_file()]
     if missing or not paths:
-        found = f"{missing[0].name} is missing" if missing else "no .npz file"
-        raise InputError.about(place, found=found, allowed="NAME.npz with NAME.ogg beside it")
+        fault = f"{missing[0].name} is missing" if missing else "no .npz file"
+        raise InputError.about(place, found=fault, allowed="NAME.npz with NAME.ogg beside it")
     plain = folder.parent.name if folder.name == CLIPS else folder.name
     return [(about or {}).get(path.stem, TrackedClip(path, plain)) for path in paths]
 

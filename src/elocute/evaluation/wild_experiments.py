@@ -83,16 +83,16 @@ class WildStudy:
         """Numbers by name, for reports; None for what is not available."""
         return {
             "paper": PAPER,
-            "concordance": {name: found.record() for name, found in self.concordance.items()},
+            "concordance": {name: result.record() for name, result in self.concordance.items()},
             "bases_mm": {
-                found.name: {"components": found.components, "mean_mm": found.mean_mm}
-                for found in self.bases
+                result.name: {"components": result.components, "mean_mm": result.mean_mm}
+                for result in self.bases
             },
             "talker": {
                 name: {
-                    key: value if value == value else None for key, value in asdict(found).items()
+                    key: value if value == value else None for key, value in asdict(result).items()
                 }
-                for name, found in self.talker.items()
+                for name, result in self.talker.items()
             },
         }
 

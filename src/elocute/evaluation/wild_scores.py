@@ -94,16 +94,16 @@ def _exact_pairs(
     rows: Sequence[CachedClip], values: Sequence[Float32Array], known: Mapping[str, Float32Array]
 ) -> tuple[list[Float32Array], list[Float32Array]] | None:
     """Values of the clips whose exact parameters are known, and those; None for no such clip."""
-    found: list[Float32Array] = []
+    matched: list[Float32Array] = []
     true: list[Float32Array] = []
     for row, value in zip(rows, values, strict=True):
         wanted = known.get(row.clip)
         if wanted is None:
             continue
         count = min(len(value), len(wanted))
-        found.append(np.asarray(value[:count]))
+        matched.append(np.asarray(value[:count]))
         true.append(wanted[:count])
-    return (found, true) if found else None
+    return (matched, true) if matched else None
 
 
 def evenly(rows: Sequence[CachedClip], count: int) -> list[CachedClip]:
@@ -189,9 +189,9 @@ def score_sentences(
         moved = corpus.displacements(name)
         wanted = (moved.reshape(len(moved), -1) @ onto).astype(np.float32)
         wanted = at_rate(wanted, corpus.fps, fps)
-        found = predict(corpus.sound(name))
-        count = min(len(found), len(wanted))
-        predicted.append(found[:count])
+        parameters = predict(corpus.sound(name))
+        count = min(len(parameters), len(wanted))
+        predicted.append(parameters[:count])
         true.append(wanted[:count])
     return score_concordance(predicted, true, shares)
 
@@ -246,7 +246,7 @@ def score_talker(
     folder, names: recordings as for `evaluate_tracked_mouths`. contacts: as `animate` takes it.
     """
     eye_mm = 1000 * load_builtin_head().eye_distance_m
-    found = {}
+    by_model = {}
     for name, chosen in (("crnn", model), ("voca", "voca"), ("articulation", "articulation")):
         report = evaluate_tracked_mouths(
             folder,
@@ -256,5 +256,5 @@ def score_talker(
             eye_mm,
             names=names,
         )
-        found[name] = report.summary
-    return found
+        by_model[name] = report.summary
+    return by_model

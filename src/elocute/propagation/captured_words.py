@@ -51,12 +51,12 @@ def captured_words(
     if words is not None and not words.is_dir():
         raise CorpusError.about(words, found="no folder", allowed="a folder of CLIP.json")
     parts = _parts(corpus, split)
-    found: dict[str, list[CapturedWord]] = {}
+    by_spelling: dict[str, list[CapturedWord]] = {}
     for entry in corpus.entries:
         if entry.name not in parts:
             continue
         for index, (word, start, end) in enumerate(_spoken(corpus, entry.name, words)):
-            found.setdefault(word, []).append(
+            by_spelling.setdefault(word, []).append(
                 CapturedWord(
                     name=f"{entry.name}.{index:03d}",
                     word=word,
@@ -67,14 +67,14 @@ def captured_words(
                     end_s=end,
                 )
             )
-    if not found:
+    if not by_spelling:
         raise CorpusError.about(
             corpus.folder,
             found="no word with its times",
             allowed="clips of one word each, or `words`, a folder with CLIP.json",
             remedy="make them: elocute words segment",
         )
-    return found
+    return by_spelling
 
 
 def _parts(corpus: Corpus, split: str) -> dict[str, str]:
@@ -100,14 +100,14 @@ def _spoken(corpus: Corpus, clip: str, words: Path | None) -> list[tuple[str, fl
             found=f"words until {listed[-1].end_s:.2f} s",
             allowed=f"{duration:.2f} s, the length of clip {clip}",
         )
-    found = []
+    spoken = []
     for index, word in enumerate(listed):
         before = listed[index - 1].end_s if index else 0.0
         after = listed[index + 1].start_s if index + 1 < len(listed) else duration
         start = max(word.start_s - MARGIN_S, min((before + word.start_s) / 2, word.start_s), 0.0)
         end = min(word.end_s + MARGIN_S, max((after + word.end_s) / 2, word.end_s), duration)
-        found.append((word.text.strip(".,;:!?").casefold(), start, end))
-    return found
+        spoken.append((word.text.strip(".,;:!?").casefold(), start, end))
+    return spoken
 
 
 def _words_path(words: Path | None, clip: str) -> Path | None:

@@ -143,10 +143,10 @@ def propagate_corpus(
     config = config or PropagateConfig()
     resolve_method(config.method)
     resolve_encoder(config.encoder)
-    opened, found = open_corpus(corpus), find_recordings(recordings)
+    opened, recorded = open_corpus(corpus), find_recordings(recordings)
     captured = captured_words(opened, words, split)
     top = (root or recordings).resolve()
-    if not found.folder.resolve().is_relative_to(top):
+    if not recorded.folder.resolve().is_relative_to(top):
         raise CorpusError.about(recordings, found="not below `root`", allowed=f"a folder in {top}")
     pool = chosen_pool(config.method, jobs, ray)
     prepare_work(folder, resume, RECORDS, WRITTEN)
@@ -160,7 +160,7 @@ def propagate_corpus(
         folder=str(folder.resolve()),
         truth=corpus.resolve().is_relative_to(top),
     )
-    return propagate(settings, captured, found, pool, progress)
+    return propagate(settings, captured, recorded, pool, progress)
 
 
 def chosen_pool(method: str, jobs: int, address: str | None = None) -> Pool:
@@ -238,10 +238,10 @@ def all_tasks(
 ) -> Iterator[WordTask]:
     """A task for each word, captured or recorded; its recordings are listed only when it is due."""
     for word in sorted({*captured, *recordings.words}):
-        found, skipped = recordings.of(word) if word in recordings.words else ([], [])
-        if not found and not skipped and not settings.truth:
+        listed, skipped = recordings.of(word) if word in recordings.words else ([], [])
+        if not listed and not skipped and not settings.truth:
             continue
-        yield WordTask(word, tuple(captured.get(word, ())), tuple(found), tuple(skipped), settings)
+        yield WordTask(word, tuple(captured.get(word, ())), tuple(listed), tuple(skipped), settings)
 
 
 def _run(

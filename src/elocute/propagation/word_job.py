@@ -158,7 +158,7 @@ def _capture(corpus: str, basis: str) -> CapturedCorpus:
 def _sources(
     task: WordTask, capture: CapturedCorpus, rejects: list[RejectedRecording]
 ) -> list[SourceWord]:
-    found: list[SourceWord] = []
+    sources: list[SourceWord] = []
     training = [word for word in task.captured if word.split == "train"]
     for word in _spread(training)[:SOURCES_MAX]:
         try:
@@ -167,8 +167,8 @@ def _sources(
             rejects.append(RejectedRecording(task.word, f"captured clip {word.clip}", str(error)))
             continue
         times = word.start_s + np.arange(len(view)) / FEATURE_RATE
-        found.append(SourceWord(word, view, capture.parameters(word, times)))
-    return found
+        sources.append(SourceWord(word, view, capture.parameters(word, times)))
+    return sources
 
 
 def _spread(words: list[CapturedWord]) -> list[CapturedWord]:
@@ -206,14 +206,14 @@ def _aligned(
     settings = task.settings
     sound, start = _sound_of(task, recording)
     target = _view(sound, settings.encoder)
-    found = [aligner.align(source.view, target) for source in sources]
-    best = int(np.argmax([alignment.score for alignment in found]))
-    score = found[best].score
+    alignments = [aligner.align(source.view, target) for source in sources]
+    best = int(np.argmax([alignment.score for alignment in alignments]))
+    score = alignments[best].score
     if score < settings.confidence:
         raise AlignmentError.about(
             "confidence", found=f"{score:.2f}", allowed=f"{settings.confidence:g} or more"
         )
-    values = transfer_parameters(sources[best].parameters, found[best].path, len(target))
+    values = transfer_parameters(sources[best].parameters, alignments[best].path, len(target))
     frames = max(1, round(sound.duration_s * settings.fps))
     return WordClip(
         clip=recording.clip,

@@ -67,7 +67,7 @@ class WordRecordings:
 
     def of(self, word: str) -> tuple[list[WordRecording], list[tuple[str, str]]]:
         """Recordings of a word, sorted by name; and files that are left out, with the reason."""
-        found: list[WordRecording] = []
+        recordings: list[WordRecording] = []
         skipped: list[tuple[str, str]] = []
         for path, part in _files(self.folder / self.words[word]):
             name = path.relative_to(self.folder).as_posix()
@@ -80,12 +80,16 @@ class WordRecordings:
                     )
                 )
                 continue
-            if found and found[-1].clip == clip and _folder(found[-1].audio) == _folder(name):
+            if (
+                recordings
+                and recordings[-1].clip == clip
+                and _folder(recordings[-1].audio) == _folder(name)
+            ):
                 skipped.append((name, "same name as another file, other suffix"))
                 continue
             speaker = _speaker(path.stem.replace("'", "-"))
             timing = path.with_suffix(".txt")
-            found.append(
+            recordings.append(
                 WordRecording(
                     clip=clip,
                     word=word,
@@ -95,14 +99,14 @@ class WordRecordings:
                     timing=timing.relative_to(self.folder).as_posix() if timing.is_file() else "",
                 )
             )
-        repeated = _repeated(found)
+        repeated = _repeated(recordings)
         if repeated:
             raise CorpusError.about(
                 self.folder / self.words[word],
                 found=f"{repeated} in two splits",
                 allowed="each recording once",
             )
-        return found, skipped
+        return recordings, skipped
 
 
 def find_recordings(folder: str | Path) -> WordRecordings:

@@ -62,8 +62,8 @@ def _distances_and_places(
     template: Template, vertices: Float64Array, scan: Scan
 ) -> tuple[Float64Array, NDArray[np.integer]]:
     """Distances (point,) mm, and a vertex (point,) of the triangle where the surface is nearest."""
-    found = template.surface(vertices).closest(scan.points, REACH_M, near=3)
-    return 1000 * np.sqrt(found.squared), template.triangles[found.triangle, 0]
+    nearest = template.surface(vertices).closest(scan.points, REACH_M, near=3)
+    return 1000 * np.sqrt(nearest.squared), template.triangles[nearest.triangle, 0]
 
 
 def registration_error(
@@ -80,16 +80,16 @@ def registration_error(
     strange = 0.0
     if offsets is not None:
         strange = float(1000 * np.linalg.norm(offsets[template.open_face], axis=1).mean())
-    found = replace(
+    error = replace(
         surface_error(distances),
         strange=strange,
         face=face_coverage(template, vertices, scan),
         face_median=float(np.median(face)) if len(face) else 0.0,
     )
-    if found.face_median <= LIMIT_MM:
-        return found
+    if error.face_median <= LIMIT_MM:
+        return error
     noise = min(scan_noise_mm(scan), NOISE_MAX_MM)
-    return replace(found, limit=max(LIMIT_MM, LIMIT_NOISES * noise))
+    return replace(error, limit=max(LIMIT_MM, LIMIT_NOISES * noise))
 
 
 def scan_noise_mm(scan: Scan) -> float:

@@ -111,8 +111,8 @@ class DenseMesh:
     def closest(self, query: Float64Array, reach_m: float = np.inf) -> ClosestPoints:
         """The closest points to query (query, 3) m; beyond reach_m their distance is infinite."""
         _, vertex = self.tree.query(query, distance_upper_bound=reach_m)
-        found = vertex < len(self.points)
-        vertex = np.where(found, vertex, 0)
+        reached = vertex < len(self.points)
+        vertex = np.where(reached, vertex, 0)
         fans = self._fans[vertex]
         best = ClosestPoints(
             fans[:, 0],
@@ -122,7 +122,7 @@ class DenseMesh:
         )
         for column in range(fans.shape[1]):
             # A fan that has ended repeats its first triangle: nothing new there.
-            rows = np.flatnonzero(found & ((fans[:, column] != fans[:, 0]) | (column == 0)))
+            rows = np.flatnonzero(reached & ((fans[:, column] != fans[:, 0]) | (column == 0)))
             _improve(best, rows, query[rows], fans[rows, column], self.points, self.triangles)
         return best
 

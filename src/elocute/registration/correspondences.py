@@ -80,17 +80,17 @@ def find_correspondences(
     4.3). vertices: (vertex, 3) m, the template's present shape, in the samples' frame. near:
     candidate triangles for each sample.
     """
-    found = template.surface(vertices).closest(samples.points, reach_m, near)
-    a, b, c = (vertices[template.triangles[found.triangle, corner]] for corner in range(3))
+    nearest = template.surface(vertices).closest(samples.points, reach_m, near)
+    a, b, c = (vertices[template.triangles[nearest.triangle, corner]] for corner in range(3))
     normals = np.cross(b - a, c - a)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
-    kept = np.isfinite(found.squared) & (found.squared <= reach_m**2)
+    kept = np.isfinite(nearest.squared) & (nearest.squared <= reach_m**2)
     kept &= np.einsum("ij,ij->i", normals, samples.normals) > facing
-    on_edge = (found.bary < ON_EDGE) & template.rim[found.triangle]
+    on_edge = (nearest.bary < ON_EDGE) & template.rim[nearest.triangle]
     kept &= ~on_edge.any(axis=1)
     rows = np.flatnonzero(kept)
-    gap = np.einsum("ij,ij->i", normals[rows], samples.points[rows] - found.points[rows])
-    return Correspondences(rows, found.triangle[rows], found.bary[rows], normals[rows], gap)
+    gap = np.einsum("ij,ij->i", normals[rows], samples.points[rows] - nearest.points[rows])
+    return Correspondences(rows, nearest.triangle[rows], nearest.bary[rows], normals[rows], gap)
 
 
 def robust_weights(gap: Float64Array, smallest_m: float) -> Float64Array:

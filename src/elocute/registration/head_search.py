@@ -138,15 +138,15 @@ def _drafts(face: _Face, scan: _Target) -> list[_Pose]:
         for tilt in tilts
         for spin in spins
     ]
-    found = []
+    drafts = []
     for place, out in _noses(scan.samples):
         first = _turn_onto(np.array([0.0, 0.0, 1.0]), out)
         for turn in turns:
             rotation = first @ turn
             shift = place - rotation @ face.nose
             apart, _ = scan.apart(points @ rotation.T + shift, normals @ rotation.T)
-            found.append(_Pose(float(apart.mean()), rotation, shift))
-    return found
+            drafts.append(_Pose(float(apart.mean()), rotation, shift))
+    return drafts
 
 
 def _noses(samples: ScanSamples) -> list[tuple[Float64Array, Float64Array]]:

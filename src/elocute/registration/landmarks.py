@@ -152,10 +152,10 @@ def _points_and_labels(
     if not isinstance(points, list):
         raise _refused(path, "no points")
     rows = [_row(path, point) for point in points]
-    given = record.get("labels") or []
-    if not isinstance(given, list):
+    labels = record.get("labels") or []
+    if not isinstance(labels, list):
         raise _refused(path, "labels that are no list")
-    return rows, [_label(path, label, len(rows)) for label in given]
+    return rows, [_label(path, label, len(rows)) for label in labels]
 
 
 def _label(path: Path, label: Any, count: int) -> tuple[str, list[int]]:

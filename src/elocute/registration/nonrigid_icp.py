@@ -190,17 +190,17 @@ class NonrigidIcp:
 
         No match across a hole's rim, beyond reach, or between surfaces that face apart (4.3).
         """
-        found = aim.surface.closest(current, level.reach_m)
-        corners = aim.surface.triangles[found.triangle]
+        nearest = aim.surface.closest(current, level.reach_m)
+        corners = aim.surface.triangles[nearest.triangle]
         normals = vertex_normals(current, self._triangles)
-        shared = np.einsum("vc,vca->va", found.bary, aim.normals[corners])
+        shared = np.einsum("vc,vca->va", nearest.bary, aim.normals[corners])
         length = np.maximum(np.linalg.norm(shared, axis=1), 1e-12)
         facing = np.einsum("va,va->v", normals, shared) / length
-        kept = np.isfinite(found.squared) & (found.squared <= level.reach_m**2)
+        kept = np.isfinite(nearest.squared) & (nearest.squared <= level.reach_m**2)
         kept &= (facing > level.facing) & self._matchable
         kept &= ~aim.boundary[corners].any(axis=1)
         weights = kept.astype(np.float64)
-        targets = np.where(kept[:, None], found.points, 0)
+        targets = np.where(kept[:, None], nearest.points, 0)
         if level.landmarks:
             vertices, places, shares = self.template.landmark_weights(aim.landmarks)
             rows = self.template.skin_index[vertices]
@@ -233,9 +233,9 @@ class NonrigidIcp:
         side = (weights[:, None, None] * source[:, :, None] * aims[:, None, :]).reshape(-1, 3)
         guess = maps.reshape(-1, 3)
         if alpha in self.factors:
-            found = _conjugate(matrix, side, guess, self.factors[alpha])
-            if found is not None:
-                return found.reshape(-1, 4, 3)
+            solution = _conjugate(matrix, side, guess, self.factors[alpha])
+            if solution is not None:
+                return solution.reshape(-1, 4, 3)
         self.factors[alpha] = factor_of(matrix.tocsc())
         return self.factors[alpha].solve(side).reshape(-1, 4, 3)
 

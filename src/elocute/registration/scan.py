@@ -60,10 +60,10 @@ class Scan:
         first = np.concatenate([[True], keys[1:] != keys[:-1]])
         places = np.flatnonzero(first)
         single = keys[places[np.diff(np.append(places, len(keys))) == 1]]
-        found = np.zeros(count, bool)
-        found[single // count] = True
-        found[single % count] = True
-        return found
+        on_rim = np.zeros(count, bool)
+        on_rim[single // count] = True
+        on_rim[single % count] = True
+        return on_rim
 
     @cached_property
     def areas(self) -> Float64Array:

@@ -191,5 +191,5 @@ def check_finite(name: str, *values: np.ndarray) -> None:
     for each in values:
         finite = np.isfinite(each).reshape(len(each), -1).all(axis=1)
         if not finite.all():
-            found = f"NaN or infinity in frame {int(np.argmin(finite))}"
-            raise CorpusError.about(f"clip {name}", found=found, remedy="elocute corpus check")
+            fault = f"NaN or infinity in frame {int(np.argmin(finite))}"
+            raise CorpusError.about(f"clip {name}", found=fault, remedy="elocute corpus check")

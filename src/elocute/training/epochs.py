@@ -135,5 +135,5 @@ def run_epochs(
             save_checkpoint(folder / CHECKPOINT, state(), {**record, "log": log})
             logger.add(log)
         if report:
-            told = f"epoch {row['epoch']:.0f}: {describe(row)} ({row['seconds']:.1f} s)"
-            report((epoch + 1) / epochs, told)
+            line = f"epoch {row['epoch']:.0f}: {describe(row)} ({row['seconds']:.1f} s)"
+            report((epoch + 1) / epochs, line)

@@ -83,19 +83,19 @@ def learn_blendshapes(
     blocks = _with_progress(
         displacement_blocks(corpus, names), sum(corpus.entry(n).frames for n in names), progress
     )
-    found = principal_directions(blocks, max(wanted, COMPONENTS))
-    if not len(found.strengths):
+    principal = principal_directions(blocks, max(wanted, COMPONENTS))
+    if not len(principal.strengths):
         raise CorpusError.about(corpus.folder, found="nothing moves", allowed="clips of speech")
-    count = _count(found, config)
+    count = _count(principal, config)
     if config.sparsity:
-        shapes, deviations = localise_components(found, count, config.sparsity)
+        shapes, deviations = localise_components(principal, count, config.sparsity)
     else:
-        shapes, deviations = found.directions[:count], found.deviations[:count]
+        shapes, deviations = principal.directions[:count], principal.deviations[:count]
     basis = _signed(shapes) * np.asarray(deviations, np.float32)[:, None]
     return Blendshapes(
         _head_with_basis(corpus, basis.reshape(len(basis), -1, 3)),
-        _explained(found, shapes),
-        found.frames,
+        _explained(principal, shapes),
+        principal.frames,
     )
 
 
@@ -176,10 +176,10 @@ def sweep_shapes(head: HeadModel) -> Motion:
 def extreme_shapes(motion: Motion) -> list[tuple[str, Motion]]:
     """Labels and single frames: every shape at +2 and -2 deviations, for a contact sheet."""
     head = motion.head
-    found = []
+    labelled = []
     for index, name in enumerate(head.expression_names):
         for value in (REACH, -REACH):
             weights = np.zeros((1, len(head.expression_names)), np.float32)
             weights[0, index] = value
-            found.append((f"{name} {value:+.0f}", Motion(head, weights, FPS)))
-    return found
+            labelled.append((f"{name} {value:+.0f}", Motion(head, weights, FPS)))
+    return labelled

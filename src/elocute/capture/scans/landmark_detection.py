@@ -77,10 +77,10 @@ def detect_landmarks(
     places, trusts = [], []
     for yaw in yaws_deg:
         camera = _view_camera(scan, yaw)
-        found = detector(_render_scan(scan, camera, side))
-        if found is None:
+        detected = detector(_render_scan(scan, camera, side))
+        if detected is None:
             continue
-        pixels, confidence = _checked(*found)
+        pixels, confidence = _checked(*detected)
         space, facing = _lifted(scene, scan, camera, pixels, side)
         places.append(space)
         trusts.append(np.where(np.isfinite(space[:, 0]), confidence * facing, 0))
@@ -130,15 +130,15 @@ def _lifted(
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     eyes = np.repeat(camera.position[None], len(rays), axis=0)
     hit = scene.run(np.ascontiguousarray(eyes, np.float32), rays.astype(np.float32), output=True)
-    found = hit["primID"] >= 0
-    corners = scan.triangles[np.where(found, hit["primID"], 0)]
+    hits = hit["primID"] >= 0
+    corners = scan.triangles[np.where(hits, hit["primID"], 0)]
     u, v = hit["u"][:, None], hit["v"][:, None]
     shares = np.concatenate([1 - u - v, u, v], axis=1)
     points = np.einsum("pc,pca->pa", shares, scan.points[corners])
     normals = np.einsum("pc,pca->pa", shares, scan.normals[corners])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     facing = np.clip(-np.einsum("pa,pa->p", normals, rays), 0, 1)
-    return np.where(found[:, None], points, np.nan), np.where(found, facing, 0)
+    return np.where(hits[:, None], points, np.nan), np.where(hits, facing, 0)
 
 
 def _fused(places: Float64Array, trusts: Float64Array) -> Landmarks:
@@ -234,9 +234,9 @@ def find_landmarks(head: HeadModel, scan: Scan, detector: LandmarkDetector) -> L
     for rotation in _rotations(head, scan):
         turned = replace(scan, points=scan.points @ rotation)
         for pictured in _with_and_without_colours(turned):
-            found = detect_landmarks(pictured, detector)
-            if found.good.sum() > best.good.sum():
-                best = Landmarks(found.points @ rotation.T, found.confidence)
+            landmarks = detect_landmarks(pictured, detector)
+            if landmarks.good.sum() > best.good.sum():
+                best = Landmarks(landmarks.points @ rotation.T, landmarks.confidence)
             if best.enough:
                 return best
     return best

@@ -157,11 +157,11 @@ def _depth_camera(
     origins += np.outer(np.full(len(at), float(points.mean(axis=0) @ ray)), ray)
     rays = np.ascontiguousarray(np.broadcast_to(ray, origins.shape), np.float32)
     hit = scene.run(origins.astype(np.float32), rays, output=True)
-    found = np.flatnonzero(hit["primID"] >= 0)
-    u, v = hit["u"][found].astype(np.float64), hit["v"][found].astype(np.float64)
+    hits = np.flatnonzero(hit["primID"] >= 0)
+    u, v = hit["u"][hits].astype(np.float64), hit["v"][hits].astype(np.float64)
     bary = np.stack([1 - u - v, u, v], axis=1)
     return RangeImage(
-        hit["primID"][found].astype(np.intp), bary, rays[found].astype(np.float64), cells[found]
+        hit["primID"][hits].astype(np.intp), bary, rays[hits].astype(np.float64), cells[hits]
     )
 
 

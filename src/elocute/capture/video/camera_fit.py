@@ -75,9 +75,9 @@ def initial_poses(camera: PinholeCamera, model: Float64Array, seen: Float64Array
 
     model: (point, 3) m. seen: (frame, point, 3) pixels with depth.
     """
-    given = seen * [1, -1, -1]
+    points = seen * [1, -1, -1]
     rest = model - model.mean(axis=0)
-    there = given - given.mean(axis=1, keepdims=True)
+    there = points - points.mean(axis=1, keepdims=True)
     turn, reach = nearest_rotation(np.einsum("fpa,pb->fab", there, rest))
     scale = reach / (rest**2).sum()  # pixels per metre
     depth = camera.focal / scale

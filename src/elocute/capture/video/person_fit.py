@@ -152,19 +152,19 @@ def _fit(
     seal = np.zeros((len(head.inner_lip_upper), len(prior)))
     seal[:, identities:] = SEAL * shape_lip_gaps(head)[columns].T
     poses = initial_poses(camera, mean[:IRIS], seen[:, :IRIS])
-    found, cost = np.zeros(len(prior)), np.inf
+    coefficients, cost = np.zeros(len(prior)), np.inf
     for _ in range(ROUNDS):
-        model = mean + np.tensordot(found, basis, 1)
+        model = mean + np.tensordot(coefficients, basis, 1)
         poses = fit_poses(camera, model, seen[..., :2], trust, poses)
         slopes, left = point_equations(camera, poses, model, basis, seen[..., :2], trust)
         slopes, left = slopes.reshape(-1, len(prior)), left.ravel()
-        side = slopes.T @ (left + slopes @ found) / len(seen)
+        side = slopes.T @ (left + slopes @ coefficients) / len(seen)
         gram = slopes.T @ slopes / len(seen) + np.diag(prior) + seal.T @ seal
-        found = solve_box(gram, side, low, high)
-        cost = float(left @ left) / len(seen) + float(prior @ found**2)
+        coefficients = solve_box(gram, side, low, high)
+        cost = float(left @ left) / len(seen) + float(prior @ coefficients**2)
     sides = camera.focal / (2 * max(camera.centre))
     cost += (np.log(sides / FOCALS[1]) / FOCAL_SD) ** 2
-    return _Fit(camera, poses, found[:identities], found[identities:], cost)
+    return _Fit(camera, poses, coefficients[:identities], coefficients[identities:], cost)
 
 
 def _columns(head: HeadModel) -> list[int]:

@@ -116,14 +116,14 @@ class Video:
 
 
 def _check_file(path: Path) -> None:
-    found = ""
+    fault = ""
     if path.is_dir():
-        found = "a folder"
+        fault = "a folder"
     elif not path.is_file():
-        found = "no such file"
+        fault = "no such file"
     elif not path.stat().st_size:
-        found = "an empty file"
-    if found:
-        raise CaptureError.about(path, found=found, allowed=ALLOWED)
+        fault = "an empty file"
+    if fault:
+        raise CaptureError.about(path, found=fault, allowed=ALLOWED)
     with open_regular(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CaptureError):
         pass

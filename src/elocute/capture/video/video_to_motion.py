@@ -113,8 +113,8 @@ def capture_video(
             progress(TRACKING * share)
 
     if detector is None:
-        with mediapipe_detector(faces=FACES_MAX) as found:
-            track = track_face(path, found, face=face, progress=tracking)
+        with mediapipe_detector(faces=FACES_MAX) as mediapipe:
+            track = track_face(path, mediapipe, face=face, progress=tracking)
     else:
         track = track_face(path, detector, face=face, progress=tracking)
     captured = fit_track(track, lambda share: tracking(1 + share * (1 / TRACKING - 1)))

@@ -182,9 +182,13 @@ def validate(network: Crnn, data: CrnnTrainingData, config: CrnnTrainConfig) -> 
         return dict.fromkeys(names, math.nan)
     predicted, true = predict_clips(network, data.cache, data.validation)
     x, y = (torch.from_numpy(np.concatenate(part))[None] for part in (true, predicted))
-    found = concordance(y, x, torch.ones(x.shape[:2]))
+    concordances = concordance(y, x, torch.ones(x.shape[:2]))
     weights = tempered_weights(data.shares, config.weight_power)
-    values = (found.mean(), (found * data.shares).sum(), ((1 - found) * weights).sum())
+    values = (
+        concordances.mean(),
+        (concordances * data.shares).sum(),
+        ((1 - concordances) * weights).sum(),
+    )
     return dict(zip(names, map(float, values), strict=True))
 
 
