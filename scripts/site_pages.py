@@ -1,11 +1,13 @@
 """MkDocs hook: pages that are made from what stands elsewhere, so that nothing is written twice.
 
 Home, Contributing, Changelog, Security and Licence are the files of the repository's root; Commands
-is what each command prints for `--help`; Python API has a page for each package with an `__all__`.
+is what each command prints for `--help`; Python API has a page for each package with public names.
 """
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import posixpath
 import re
 from collections.abc import Iterator
@@ -61,7 +63,7 @@ def on_files(files: Any, config: Any) -> Any:
     for folder in LISTED:
         files.append(made(config, f"{folder}/index.md", list_page(folder)))
     for name in packages():
-        files.append(made(config, api_page(name), f"# {name}\n\n::: {name}\n"))
+        files.append(made(config, api_page(name), public_page(name)))
     return files
 
 
@@ -121,16 +123,38 @@ def licence_page() -> str:
 
 
 def packages() -> list[str]:
-    """`elocute` and its packages that say by `__all__` what is public."""
-    source = ROOT / "src"
-    homes = sorted((source / "elocute").rglob("__init__.py*"))
-    public = {
-        ".".join(home.parent.relative_to(source).parts)
+    """`elocute` and its packages that have public names."""
+    homes = sorted((ROOT / "src/elocute").rglob("__init__.py"))
+    return [
+        ".".join(home.parent.relative_to(ROOT / "src").parts)
         for home in homes
-        if home.suffix in (".py", ".pyi")
-        and re.search(r"^(__all__|.*\b__all__) =", home.read_text(encoding="utf-8"), re.M)
-    }
-    return sorted(public)
+        if re.search(r"^(__all__|.*\blazy\(__name__)", home.read_text(encoding="utf-8"), re.M)
+    ]
+
+
+def public_page(package: str) -> str:
+    """What a package says of itself, and each of its public names."""
+    loaded = importlib.import_module(package)
+    parts = [f"# {package}", inspect.cleandoc(loaded.__doc__ or "")]
+    if package == "elocute":
+        parts += ["## Settings of a take", take_settings()]
+    names = [name for name in loaded.__all__ if name != "__version__"]
+    shown = "    options:\n      show_root_heading: true\n      show_root_toc_entry: true\n"
+    return "\n\n".join([*parts, *(f"::: {package}.{name}\n{shown}" for name in names)])
+
+
+def take_settings() -> str:
+    """The settings that `animate`, `say` and `stream` take by name."""
+    from elocute.models.take_settings import TakeSettings
+    from elocute.settings import settings_of
+
+    rows = [
+        f"- **`{each.name}`** (`{each.type}`, by default `{each.default}`): {known.text}"
+        for each, known in settings_of(TakeSettings)
+    ]
+    return "\n".join(
+        ["`animate` and `say` take these by name; `stream` all but the last four.", "", *rows]
+    )
 
 
 def api_page(package: str) -> str:

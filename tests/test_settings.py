@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from dataclasses import dataclass, fields
 from typing import Any
 
 import pytest
 
+import elocute
 from elocute.alignment.settings import (
     AlignConfig,
     CcaSoftConfig,
@@ -20,7 +22,8 @@ from elocute.articulation.style import Style
 from elocute.capture.blendshapes.settings import BlendshapeConfig
 from elocute.capture.settings import BatchSettings, Scanner
 from elocute.errors import InputError, ModelError
-from elocute.settings import check_settings, described, setting, settings_of, settings_table
+from elocute.models.take_settings import TakeOptions, TakeSettings
+from elocute.settings import check_settings, described, setting, settings_of
 from elocute.training.crnn.settings import CrnnTrainConfig
 from elocute.training.voca.settings import VocaTrainConfig
 
@@ -80,16 +83,6 @@ def test_what_can_be_is_taken() -> None:
     assert Oven(minutes=120, share=1, fan=True, heat="top", tin=(5, 60)).share == 1
 
 
-def test_a_table_has_a_row_for_each_setting() -> None:
-    assert settings_table(Oven).splitlines()[2:] == [
-        "| `minutes` | 40 | 1 to 120 min | How long. |",
-        "| `share` | none | above 0, up to 1 | How full the tin is. |",
-        "| `fan` | no | true or false | Whether air is moved. |",
-        "| `heat` | both | both, top | Where it comes from. |",
-        "| `tin` | 20 × 30 | 2 numbers, each 5 to 60 cm | Its sides. |",
-    ]
-
-
 def test_the_docstring_names_every_setting() -> None:
     assert (Oven.__doc__ or "").splitlines() == [
         "How a cake is baked.",
@@ -128,3 +121,17 @@ def test_every_number_outside_its_range_is_refused(cls: type) -> None:
             if edge is not None:
                 with pytest.raises(InputError, match=f"`{each.name}`"):
                     cls(**{each.name: edge + beyond})
+
+
+def test_type_checkers_are_told_of_every_setting_of_a_take() -> None:
+    told = {**TakeOptions.__annotations__}
+    kinds = {name: getattr(kind, "__forward_arg__", kind) for name, kind in told.items()}
+    assert kinds == {each.name: each.type for each, _ in settings_of(TakeSettings)}
+
+
+def test_a_call_shows_the_settings_of_a_take_and_names_the_nearest() -> None:
+    shown = inspect.signature(elocute.animate).parameters
+    assert all(each.name in shown for each, _ in settings_of(TakeSettings))
+    assert elocute.say.__doc__ and "mood : str | Mood, default 'neutral'" in elocute.say.__doc__
+    with pytest.raises(TypeError, match="'fsp'; 'fps'"):
+        elocute.stream(16000, fsp=30)  # type: ignore[call-arg]

@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elocute.adoption.registry import open_speaking_head
 from elocute.articulation.settings import lays_contacts, mixes_outputs
-from elocute.articulation.style import Style
 from elocute.audio.speech_input import SpeechInput, resolve_speech
 from elocute.audio.waveform import Waveform
 from elocute.errors import HeadError, InputError, OutputError
@@ -32,11 +31,10 @@ from elocute.head.looks.people import identity_look
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
 from elocute.life.face import LivingFace, rows_of_frames
-from elocute.life.moods import Mood, resolve_mood
+from elocute.life.moods import resolve_mood
 from elocute.life.people import AVERAGE, Person, person_of
-from elocute.life.settings import Life, resolve_life
+from elocute.life.settings import resolve_life
 from elocute.life.stream import LifeStream
-from elocute.manners import Manner, Manners, mixed_manners
 from elocute.models.feature_extraction import (
     Progress,
     SoundBlocks,
@@ -44,21 +42,24 @@ from elocute.models.feature_extraction import (
     extract_features,
 )
 from elocute.models.protocol import FrameSpan
-from elocute.models.registry import DEFAULT_MODEL, open_model
-from elocute.models.streaming import check_animation_settings, strength_in_mood
+from elocute.models.registry import open_model
+from elocute.models.streaming import strength_in_mood
 from elocute.models.style_mixes import checked_style
+from elocute.models.take_settings import TakeOptions, TakeSettings
 from elocute.motion.curves import Curves, curves_from_motion, motion_from_curves
 from elocute.motion.edits.applying import shaped
-from elocute.motion.edits.edit_list import EditList, edits_of
+from elocute.motion.edits.edit_list import edits_of
 from elocute.motion.motion import Motion
 from elocute.numerics.frame_rates import frame_rate
 from elocute.numerics.input_checks import check_alone, check_kind
 from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import brief
+from elocute.settings import taking
 from elocute.speech.known_speech import known_speech, transcribed_speech
 from elocute.speech.text.recogniser import Transcribe, recognise
 from elocute.speech.times.labels import Label
 from elocute.speech.times.read import SpeechTimes
+from elocute.styles_over_time import StyleAndMood, StylesOverTime, mixed_takes
 
 
 @dataclass(frozen=True)
@@ -137,17 +138,11 @@ class Animation:
         return self
 
 
+@taking(TakeSettings)
 def animate(
     speech: SpeechInput,
     *,
     rate: int | None = None,
-    fps: float = 60.0,
-    identity: str | int | Path = "mean",
-    head: str | Path = "builtin",
-    mesh: str | None = None,
-    style: str | Style = "plain",
-    strength: float = 1.0,
-    model: str | Path = DEFAULT_MODEL,
     channel: int | None = None,
     track: int | None = None,
     partial: bool = False,
@@ -155,15 +150,9 @@ def animate(
     text: str | None = None,
     transcribe: Transcribe = False,
     language: str = "auto",
-    contacts: str = "auto",
-    mix: str = "output",
-    life: float | str | Life = 1.0,
-    mood: str | Mood = "neutral",
-    seed: int = 0,
     listen: bool = False,
-    look: str | Look | None = "auto",
-    edits: EditList | str | Path | Mapping[str, Any] | None = None,
     progress: Progress | None = None,
+    **settings: Unpack[TakeOptions],
 ) -> Animation:
     """Animate a head with speech.
 
@@ -174,23 +163,6 @@ def animate(
         array of samples (sample,) or (sample, channel): floats within ±1, or integers.
     rate : int, optional
         Sample rate of an array, Hz.
-    fps : float
-        Frames per second of the motion, 1 to 240; 29.97 is taken for 30000/1001.
-    identity : str, int or Path
-        A face of the head: a seed, or a JSON file of coefficients in standard deviations; of the
-        built-in head also a name.
-    head : str or Path
-        "builtin", a character with shapes of its own (.glb, .gltf, .vrm, .fbx), a FLAME model
-        (.pkl), or a head or mesh file in the topology that the model moves.
-    mesh : str, optional
-        The name of a mesh of the head, in a character's file with several heads.
-    style : str or Style
-        A name, a mix ("calm:0.7,broad:0.3") or a JSON file; for "articulation" and "talkers" also
-        a Style.
-    strength : float
-        How far the mouth moves, 0 to 2; 1 is as the model has it.
-    model : str or Path
-        "articulation", "talkers", "voca", "crnn", or a trained model (.onnx).
     channel : int, optional
         The channel to take, from 0; all of them are averaged otherwise, but for channels that
         cancel each other, of which the loudest is taken.
@@ -200,7 +172,7 @@ def animate(
         Whether a file that was cut off is taken as far as it goes.
     phones : list of (float, float, str) or SpeechTimes, optional
         Start in s, end in s and ARPAbet phone, where these are known; they replace the phones
-        that the encoder recognises. Or what `elocute.audio.read_speech_times` read; times of words
+        that the encoder recognises. Or what `elocute.speech.read_speech_times` read; times of words
         alone are aligned with the sound.
     text : str, optional
         What is said, where it is known: it is aligned with the sound, and lips close where its p, b
@@ -212,35 +184,9 @@ def animate(
     language : str
         Language of the text, as espeak-ng names it; "auto" is the one that is recognised, for a
         text English.
-    contacts : str
-        "auto" lays lip contacts (p, b, m; f, v) and rests over the model's output by rule, where it
-        moves the built-in head; "off" leaves the bare output: of a network what it computes, of the
-        rules what coarticulation and style make of the phones.
-    mix : str
-        Where a trained model mixes styles. "output" is the published mix, the convex combination
-        of what each style alone gives, before contacts and rests; "input" mixes what the network
-        is told of styles. The rules mix the numbers of their styles either way.
-    life : float, str or Life
-        How much moves beside the mouth, 0 to 1: head, brows, blinks, gaze, breath, cheeks, and how
-        uneven the mouth is (asymmetry); or parts of it by name: "0.6", "head=0.5,blinks=0". It is
-        made from the sound, so the same sound gives the same motion. Joints turn where the head has
-        any.
-    mood : str or Mood
-        How the person feels: "neutral", "happy", "sad", "angry", "surprised", "tender", with an
-        intensity or without ("happy:0.6"); "auto": calm, lively or forceful, as the voice is.
-    seed : int
-        Another take: what is left to chance (blinks, looks, nods) comes at other times for each
-        seed, and the mouth is the same.
     listen : bool
         Whether the sound is a partner's, whom the face listens to: it looks at them, nods where
         their phrases end, and its lips rest.
-    look : str, Look or None
-        What pictures, pages and .glb dress the built-in head in: "auto", the look of its identity;
-        "none", the bare head; a person's name or a seed; either with parts changed, as in
-        "auto,hair=long,hair-colour=grey,eyes=green,age=60".
-    edits : EditList, str, Path or mapping, optional
-        An edit list, its file (.json), or what such a file holds: styles and moods for a while,
-        amplitudes, keys, closed lips, blinks and more, applied after the model.
     progress : callable, optional
         Called with the share of the sound that is done, 0 to 1.
 
@@ -256,23 +202,23 @@ def animate(
         not what is said; AudioError for sound, HeadError for heads and identities,
         ModelError for models and styles.
     """
-    check_animation_settings(fps, strength, seed)
+    take = TakeSettings(**settings)
+    fps = frame_rate(take.fps)
     check_kind("listen", listen, bool, "True or False")
-    fps = frame_rate(fps)
-    finished, outputs = lays_contacts(contacts), mixes_outputs(mix)
     check_kind("progress", progress, (Callable, type(None)), "a function or None")
-    alive, feeling = resolve_life(life), resolve_mood(mood)
+    alive, feeling = resolve_life(take.life), resolve_mood(take.mood)
     check_alone(phones=phones, text=text, transcribe=transcribe or None, listen=listen or None)
     known = known_speech(phones, text, language)
     sound = resolve_speech(speech, rate, channel, track=track, partial=partial, notes=known.notes)
-    chosen = open_model(model)
-    resolved = chosen.style(checked_style(style), outputs=outputs)
-    wanted = None if edits is None else edits_of(edits)
-    manners = Manners(chosen, resolved, feeling, outputs, wanted)
-    rig, person = _rig(head, mesh, identity, own_shapes=not chosen.makes_contacts)
-    worn = _look(look, head, identity, rig)
+    chosen = open_model(take.model)
+    finished, outputs = lays_contacts(take.contacts), mixes_outputs(take.mix)
+    resolved = chosen.style(checked_style(take.style), outputs=outputs)
+    wanted = None if take.edits is None else edits_of(take.edits)
+    styles = StylesOverTime(chosen, resolved, feeling, outputs, wanted)
+    rig, person = _rig(take, own_shapes=not chosen.makes_contacts)
+    worn = _look(take, rig)
     rig = chosen.rig(rig if rig.look == worn else _wearing(rig, worn))
-    face = LivingFace(rig, alive, feeling, person.drawn(seed))
+    face = LivingFace(rig, alive, feeling, person.drawn(take.seed))
     if transcribe:
         listened, progress = _parted(progress, sound)
         words = recognise(sound, transcribe, language, channel, listened)
@@ -291,14 +237,14 @@ def animate(
 
     stirred: list[float] = []
 
-    def made(manner: Manner) -> tuple[Curves, NDArray[np.float32] | None]:
-        moved = strength_in_mood(strength, manner.mood)
-        mouth = chosen.curves(features, manner.style, span, moved, contacts=finished)
+    def animated(each: StyleAndMood) -> tuple[Curves, NDArray[np.float32] | None]:
+        moved = strength_in_mood(take.strength, each.mood)
+        mouth = chosen.curves(features, each.style, span, moved, contacts=finished)
         stirred.append(float(np.ptp(mouth.values, axis=0).max(initial=0)))
-        lived = replace(face, mood=manner.mood)
-        return lived.curves(mouth, rows), lived.rotations(rows)
+        living = replace(face, mood=each.mood)
+        return living.curves(mouth, rows), living.rotations(rows)
 
-    curves, rotations = mixed_manners(manners.shares(span.count, fps), made)
+    curves, rotations = mixed_takes(styles.shares(span.count, fps), animated)
     motion = replace(motion_from_curves(rig, curves), rotations=rotations)
     if wanted is not None:
         motion = shaped(motion, wanted)
@@ -369,31 +315,30 @@ class _Listener:
         return np.concatenate([*self._rows, self._stream.flush()])
 
 
-def _rig(
-    head: str | Path, mesh: str | None, identity: str | int | Path, *, own_shapes: bool
-) -> tuple[HeadModel, Person]:
+def _rig(take: TakeSettings, *, own_shapes: bool) -> tuple[HeadModel, Person]:
     """The head to animate and who it is; for a model with shapes of its own as its file has it.
 
     Raises HeadError.
     """
+    head = take.head
     check_kind("head", head, str | os.PathLike, "builtin, or a path", HeadError)
     if not isinstance(head, str):
         head = path_of(head, HeadError)
-    if str(head) == "builtin" and mesh is None:
-        return identity_head(identity), person_of(resolve_identity(identity_choice(identity)))
-    opened = open_head(head) if own_shapes else open_speaking_head(head, mesh)
+    choice = identity_choice(take.identity)
+    if str(head) == "builtin" and take.mesh is None:
+        return identity_head(take.identity), person_of(resolve_identity(choice))
+    opened = open_head(head) if own_shapes else open_speaking_head(head, take.mesh)
     if own_shapes and opened.character is not None:
         raise HeadError.about(
             f"head {opened.name!r}",
             found="a model that moves shapes of its own",
             allowed="for a character: a model of the built-in head's curves",
         )
-    choice = identity_choice(identity)
     if choice == "mean":
         return opened, AVERAGE
     if not len(opened.identity_basis):
         raise InputError.about(
-            f"identity {identity}",
+            f"identity {take.identity}",
             found=f"an identity for head {opened.name!r}, which has none",
             allowed="one of `head` and `identity`",
         )
@@ -401,15 +346,13 @@ def _rig(
     return opened.with_identity(coefficients), person_of(coefficients)
 
 
-def _look(
-    look: str | Look | None, head: str | Path, identity: str | int | Path, rig: HeadModel
-) -> Look | None:
+def _look(take: TakeSettings, rig: HeadModel) -> Look | None:
     """What the built-in head wears; another head keeps its own. Raises HeadError."""
-    if str(head) == "builtin":
-        return identity_look(look, identity_choice(identity))
-    if look in (None, "none"):
+    if str(take.head) == "builtin":
+        return identity_look(take.look, identity_choice(take.identity))
+    if take.look in (None, "none"):
         return None
-    if look == "auto":
+    if take.look == "auto":
         return rig.look
     raise HeadError.about(
         "look", found=f"one for head {rig.name!r}", allowed="a look of the built-in head"

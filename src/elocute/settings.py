@@ -10,18 +10,20 @@
         def __post_init__(self) -> None:
             check_settings(self)
 
-Validation, docstring, options of the command line and the documentation's tables come from it.
+Validation, docstrings and options of the command line come from it.
 """
 
 from __future__ import annotations
 
+import functools
 import inspect
 import math
 import numbers
 import re
 import types
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields
+from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -34,6 +36,7 @@ SEED_MAX = 2**31 - 1
 SHOWN_MAX = 60
 """Characters of a value that an error shows."""
 Class = TypeVar("Class", bound=type)
+Function = TypeVar("Function", bound=Callable[..., Any])
 _SECTION = re.compile(r"^(?=\w+\n---)", re.M)
 """The heading of a section of a docstring."""
 
@@ -174,7 +177,13 @@ def types_of(cls: type) -> dict[str, tuple[Any, bool]]:
     return {name: _without_none(hint) for name, hint in get_type_hints(cls).items()}
 
 
-def check_settings(given: Any, error: type[InputError] = InputError, about: str = "") -> None:
+def check_settings(
+    given: Any,
+    error: type[InputError] = InputError,
+    about: str = "",
+    *,
+    of: type | None = None,
+) -> None:
     """Refuse settings of another type or outside their range.
 
     Parameters
@@ -185,15 +194,18 @@ def check_settings(given: Any, error: type[InputError] = InputError, about: str 
         What is raised.
     about : str
         What the settings are of, where their names alone would not say it: "style".
+    of : type, optional
+        A class that `given` inherits from, whose settings alone are checked.
 
     Raises
     ------
     InputError
         An `error` for the first setting that does not fit.
     """
-    for each, known in settings_of(type(given)):
+    cls = of or type(given)
+    for each, known in settings_of(cls):
         value = getattr(given, each.name)
-        kind, optional = types_of(type(given))[each.name]
+        kind, optional = types_of(cls)[each.name]
         if (value is None and optional) or _fits(value, kind, known):
             continue
         shown = f"{value:g}" if isinstance(value, float) else brief(value)
@@ -202,29 +214,6 @@ def check_settings(given: Any, error: type[InputError] = InputError, about: str 
             found=shown[:SHOWN_MAX],
             allowed=_allowed(kind, known),
         )
-
-
-def settings_table(cls: type) -> str:
-    """The settings of a dataclass as a table of the documentation.
-
-    Parameters
-    ----------
-    cls : type
-        The dataclass.
-
-    Returns
-    -------
-    str
-        Markdown, a row for each setting.
-    """
-    rows = ["| setting | default | allowed | |", "|---|---|---|---|"]
-    for each, known in settings_of(cls):
-        allowed = known.unit or _named(types_of(cls)[each.name][0])
-        if known.allowed:
-            allowed = _allowed(types_of(cls)[each.name][0], known)
-        cells = (f"`{each.name}`", _default(each), allowed, known.help)
-        rows.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
-    return "\n".join(rows)
 
 
 def described(cls: Class) -> Class:
@@ -243,10 +232,58 @@ def described(cls: Class) -> Class:
     found = settings_of(cls)
     if cls.__doc__ is not None and found:  # python -OO has none
         summary, *sections = _SECTION.split(inspect.cleandoc(cls.__doc__), maxsplit=1)
-        lines = [f"{_declared(each)}\n    {known.text}" for each, known in found]
-        parameters = "\n".join(["Parameters", "----------", *lines])
+        parameters = "\n".join(["Parameters", "----------", *(_entry(*each) for each in found)])
         cls.__doc__ = "\n\n".join([summary.rstrip(), parameters, *sections]) + "\n"
     return cls
+
+
+def taking(cls: type) -> Callable[[Function], Function]:
+    """A decorator for a function that takes the settings of a dataclass as `**settings`.
+
+    Parameters
+    ----------
+    cls : type
+        The dataclass.
+
+    Returns
+    -------
+    callable
+        Gives a function that shows each setting that it does not name itself in its signature and
+        docstring, and refuses other names as Python does, with the nearest one.
+    """
+
+    def decorate(function: Function) -> Function:
+        own = inspect.signature(function)
+        before = [each for each in own.parameters.values() if each.kind != each.VAR_KEYWORD]
+        added = [known for known in settings_of(cls) if known[0].name not in own.parameters]
+        alone = inspect.Parameter.KEYWORD_ONLY
+        shown = [
+            inspect.Parameter(each.name, alone, default=each.default, annotation=each.type)
+            for each, _ in added
+        ]
+        names = [each.name for each in (*before, *shown)]
+
+        @functools.wraps(function)
+        def call(*args: Any, **given: Any) -> Any:
+            for name in given:
+                if name not in names:
+                    near = "".join(f"; {each!r}?" for each in get_close_matches(name, names, 1))
+                    raise TypeError(f"{function.__name__}() has no argument {name!r}{near}")
+            return function(*args, **given)
+
+        call.__signature__ = own.replace(parameters=[*before, *shown])  # type: ignore[attr-defined]
+        if call.__doc__ is not None:  # python -OO has none
+            summary, parameters, *others = _SECTION.split(inspect.cleandoc(call.__doc__))
+            lines = "\n".join(_entry(*each) for each in added)
+            sections = [summary.rstrip(), f"{parameters.rstrip()}\n{lines}", *others]
+            call.__doc__ = "\n\n".join(sections) + "\n"
+        return call  # type: ignore[return-value]
+
+    return decorate
+
+
+def _entry(each: Field[Any], known: Setting) -> str:
+    return f"{_declared(each)}\n    {known.text}"
 
 
 def _declared(each: Field[Any]) -> str:
@@ -296,16 +333,3 @@ def _named(kind: Any) -> str:
 
 def _number(value: float) -> str:
     return str(value) if isinstance(value, int) else f"{value:g}"
-
-
-def _default(each: Field[Any]) -> str:
-    value = each.default
-    if value is MISSING:
-        return "must be given"
-    if value is None or value == "":
-        return "none"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, tuple):
-        return " × ".join(map(str, value))
-    return value if isinstance(value, str) else _number(value)

@@ -15,7 +15,7 @@ pytest.importorskip("scipy", reason="needs the extra `capture`")
 
 from scipy.spatial import KDTree
 
-from elocute.adoption.own_mesh import adopt_mesh
+from elocute.adoption.mesh_without_shapes import adopt_mesh
 from elocute.adoption.shapes_in_file import with_arkit_shapes
 from tests.support.stranger import Stranger, write_stranger
 

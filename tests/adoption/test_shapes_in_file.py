@@ -14,7 +14,7 @@ pytest.importorskip("scipy", reason="needs the extra `capture`")
 from scipy.spatial import KDTree
 
 import elocute
-from elocute.adoption.own_mesh import MeshAdoption, adopt_mesh
+from elocute.adoption.mesh_without_shapes import MeshAdoption, adopt_mesh
 from elocute.adoption.shapes_in_file import with_arkit_shapes
 from elocute.errors import HeadError
 from elocute.meshes.gltf_additions import GltfAdditions

@@ -15,7 +15,7 @@ from elocute.evaluation.phone_mouth_scores import LABIODENTAL_MM, labiodental_ga
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
-from elocute.speech.voices.espeak import SpokenText, speak
+from elocute.speech import SpokenText, speak
 from elocute.speech.voices.settings import VoiceSettings
 
 FPS = 60.0

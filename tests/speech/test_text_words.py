@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from elocute.speech import SpokenText, speak
 from elocute.speech.cues.files import CueSheet, write_cues
 from elocute.speech.cues.mouth_cues import MouthCue
 from elocute.speech.text.text_words import words_of_text
 from elocute.speech.voices import espeak
-from elocute.speech.voices.espeak import SpokenText, speak
 from elocute.speech.voices.settings import VoiceSettings
 from tests.support.plain_sentences import SENTENCES
 

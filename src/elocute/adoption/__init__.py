@@ -1,12 +1,12 @@
-"""Heads that were not made here, given the built-in head's shapes.
+"""Gives the built-in head's shapes to heads that were made elsewhere.
 
 registry             any head by name or file, ready to speak
 motion_files         what moves a face, from any file: stored motions, curves, FLAME's parameters
 characters           heads in glTF files and VRMs that bring shapes of their own
 flame                FLAME: landmarks, eyes and jaw joint are known
-own_mesh             a file's mesh with materials, on its own vertices
+mesh_without_shapes  a file's mesh with materials, on its own vertices
 shapes_in_file       a mesh's own glTF file with the shapes in it
-followers            teeth, tongue, lashes and brows beside the skin
+attached_parts       teeth, tongue, lashes and brows, which move with the skin
 carrying             a head and a face with landmarks in; the head's shapes on that face out
 registration         the source laid over the face
 shape_transfer       displacements carried over by correspondence; lips and lids meet
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
         adopt_flame as adopt_flame,
         with_flame_landmarks as with_flame_landmarks,
     )
-    from elocute.adoption.motion_files import (
-        OpenedMotion as OpenedMotion,
-        open_motion as open_motion,
-    )
-    from elocute.adoption.own_mesh import (
+    from elocute.adoption.mesh_without_shapes import (
         MeshAdoption as MeshAdoption,
         adopt_mesh as adopt_mesh,
         open_mesh_head as open_mesh_head,
+    )
+    from elocute.adoption.motion_files import (
+        OpenedMotion as OpenedMotion,
+        open_motion as open_motion,
     )
     from elocute.adoption.registry import open_speaking_head as open_speaking_head
     from elocute.adoption.shapes_in_file import with_arkit_shapes as with_arkit_shapes

@@ -1,4 +1,4 @@
-"""A source head's shapes on another face, with its named places."""
+"""Carries the shapes and named places of a source head over to another face."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The place on one face that belongs to each vertex of another lying over it.
+"""Finds for each vertex of a face the place on another that was laid over it.
 
 Lips touch and roll inwards, so the nearest point is often on the wrong lip or on the wrong side of
 the right one. Points are therefore compared in seven dimensions: place, normal, and a number that

@@ -1,4 +1,4 @@
-"""A head as adoption sees it: its skin, its landmarks, and the lines of its lips and lids."""
+"""A head as adoption needs it: its skin, its landmarks, and the lines of its lips and lids."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ways and distances along the edges of a mesh."""
+"""Shortest paths and distances along the edges of a mesh."""
 
 from __future__ import annotations
 

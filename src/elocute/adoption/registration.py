@@ -1,4 +1,4 @@
-"""The source's skin laid over another face, lips on lips and lids on lids.
+"""Lays the skin of a source head over another face, lips on lips and lids on lids.
 
 Landmarks and the lines of lips and lids lead; then the surface follows the nearest places of the
 other, ever less stiffly. What is minimised is free_offsets' energy, the bending of displacements,

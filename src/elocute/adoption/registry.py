@@ -1,4 +1,4 @@
-"""Any head by its name or file, with the shapes that speech models move."""
+"""Opens any head by name or file, with the shapes that speech models move."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Displacements of one face carried to another by correspondence.
+"""Transfers displacements from one face to another by correspondence.
 
 Each vertex of the target takes the displacement of its place on the source, turned and scaled as
 the source's skin around it was when it was laid over the target (after Sumner and Popovic 2004,

@@ -1,4 +1,4 @@
-"""A mesh's own glTF file with ARKit's 52 shapes in it: morph targets are added, the rest stays.
+"""Adds ARKit's 52 shapes to a mesh's own glTF file as morph targets; the rest stays.
 
 Nodes, joints, materials, pictures, extras and animations stay letter by letter; lips that stood
 apart get new positions, since they have to meet.
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.adoption.own_mesh import MeshAdoption
+from elocute.adoption.mesh_without_shapes import MeshAdoption
 from elocute.array_types import Float64Array
 from elocute.errors import HeadError
 from elocute.head.normals import morphed_normals

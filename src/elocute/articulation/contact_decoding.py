@@ -1,4 +1,4 @@
-"""Where lips meet, decoded over a phrase: Viterbi over phones that last, instead of a threshold.
+"""Decodes where lips meet over a phrase: Viterbi over phones that last, instead of a threshold.
 
 p, b and m look alike and are one state; so are f and v. Every other phone is a state of its own, so
 a contact has to win against what else the sound may be. The path is found in windows at fixed rows:

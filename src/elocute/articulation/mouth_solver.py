@@ -1,4 +1,4 @@
-"""The mouth that was heard, as curves: six measures, contacts, rest and breath at once."""
+"""Solves for curves that give the mouth that was heard: six measures, contacts, rest and breath."""
 
 from __future__ import annotations
 

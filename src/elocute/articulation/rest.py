@@ -1,4 +1,4 @@
-"""Where a mouth rests, and where it breathes in: a matter of how long pauses last.
+"""Finds where a mouth rests and where it breathes in, by how long pauses last.
 
 A pause under 0.4 s belongs to the speech around it: people keep their lips parted there. In a
 longer one the mouth settles after the last sound and wakes before the next; what lies between is

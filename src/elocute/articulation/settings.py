@@ -1,4 +1,4 @@
-"""Settings that every way from speech to motion has: `animate`, `stream`, and the rules alone."""
+"""Settings common to `animate`, `stream` and the rules."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from elocute.settings import SEED_MAX, check_settings, described, setting, setti
 
 
 @described
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AnimationSettings:
     """How speech becomes motion, whatever the model.
 
@@ -20,15 +20,17 @@ class AnimationSettings:
         For a setting outside its range.
     """
 
-    fps: float = setting(60.0, low=1.0, high=240.0, help="Frames per second.")
+    fps: float = setting(
+        60.0, low=1.0, high=240.0, help="Frames per second; 29.97 is taken for 30000/1001."
+    )
     strength: float = setting(
         1.0, low=0.0, high=2.0, help="How far the mouth moves; 1 leaves it as the model has it."
     )
     contacts: str = setting(
         "auto",
         choices=("auto", "off"),
-        help="Whether lip contacts and rests are laid over by rule, or the model's own output is "
-        "left as it is.",
+        help="Whether lip contacts (p, b, m; f, v) and rests are laid over by rule, or the model's "
+        "own output is left as it is.",
     )
     mix: str = setting(
         "output",
@@ -36,7 +38,6 @@ class AnimationSettings:
         help="Where a trained model mixes styles: their outputs, as published, or at its input. "
         "The rules mix the numbers of their styles.",
     )
-
     seed: int = setting(
         0,
         low=0,
@@ -45,7 +46,7 @@ class AnimationSettings:
     )
 
     def __post_init__(self) -> None:
-        check_settings(self)
+        check_settings(self, of=AnimationSettings)
 
 
 def lays_contacts(contacts: object) -> bool:

@@ -1,4 +1,4 @@
-"""Autocorrelation of short stretches of sound, the input of Karras et al. 2017 (section 3.2).
+"""Autocorrelation of short windows of sound, the input of Karras et al. 2017 (section 3.2).
 
 Sound at 16 kHz is cut into stretches of 16 ms every 8 ms. The mean of each is removed, a Hann
 window laid over it, and the first 32 coefficients of its autocorrelation are kept: enough for

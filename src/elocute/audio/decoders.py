@@ -1,4 +1,4 @@
-"""Open sounds, whichever library decodes them: libsndfile, or FFmpeg's libraries through PyAV."""
+"""Decoders of sound: libsndfile, or FFmpeg's libraries through PyAV."""
 
 from __future__ import annotations
 

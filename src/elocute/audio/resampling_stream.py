@@ -1,4 +1,4 @@
-"""Sound at another sample rate, block by block."""
+"""Resamples sound block by block."""
 
 from __future__ import annotations
 

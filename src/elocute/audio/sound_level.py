@@ -1,4 +1,4 @@
-"""How loud a whole sound is, as networks that hear it relative to its peak are told."""
+"""Mean and peak level of a recording, for networks that normalise by them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Speech as callers give it: a path, samples with a rate, the bytes of a file, or an open file."""
+"""Resolves speech as callers give it: a path, samples with a rate, bytes, or an open file."""
 
 from __future__ import annotations
 

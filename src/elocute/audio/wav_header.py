@@ -1,4 +1,4 @@
-"""The header of a RIFF/WAVE or RF64 file, read without trusting it."""
+"""Reads the header of a RIFF/WAVE or RF64 file without trusting it."""
 
 from __future__ import annotations
 

@@ -5,23 +5,32 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Any
 
 from elocute.errors import InputError
 from elocute.files.delimited import DelimitedTable
 from elocute.files.reading import read_text
+from elocute.models.take_settings import TakeSettings
+from elocute.numerics.frame_rates import frame_rate
+from elocute.settings import settings_of
 from elocute.speech.voices.settings import VoiceSettings
 
 BYTES_MAX = 50_000_000
 LINES_MAX = 100_000
 MISSPELLED = 0.85
 """How like one of ours another column's name is that is taken for a slip."""
-COLUMNS = (
-    *("id", "text", "audio", "language", "voice", "rate", "pitch"),
-    *("style", "identity", "strength", "life", "mood", "edits"),
-)
+SETTINGS = {
+    each.name: str(each.type)
+    for each, _ in settings_of(TakeSettings)
+    if each.name not in ("head", "mesh")
+}
+"""Settings of a take that a row may have, and their types; all takes of a table have one head."""
+NUMBERS = [name for name, kind in SETTINGS.items() if kind in ("float", "int") and name != "fps"]
+FILES = (".json", ".onnx")
+COLUMNS = ("id", "text", "audio", "language", "voice", "rate", "pitch", *SETTINGS)
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
 # Names that Windows keeps for devices, whatever follows their first dot.
 DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.I)
@@ -41,26 +50,15 @@ class Line:
         A recording below the table's folder; "" where the text is spoken.
     voice : VoiceSettings
         The voice that speaks it, or the language of the text.
-    style, identity : str
-        "" for what the command says.
-    strength : float or None
-        None for what the command says.
-    life, mood : str
-        "" for what the command says.
-    edits : str
-        An edit list below the table's folder; "" for what the command says.
+    settings : dict
+        What is said of the take's settings, by name; an edit list lies below the table's folder.
     """
 
     name: str
     text: str
     audio: str
     voice: VoiceSettings
-    style: str
-    identity: str
-    strength: float | None
-    life: str
-    mood: str
-    edits: str = ""
+    settings: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -86,8 +84,8 @@ def read_lines(path: str | Path, voice: VoiceSettings) -> list[Line | UnusableLi
     ----------
     path : str or Path
         A table parted by commas, semicolons or tabs whose first row names its columns: `id`, `text`
-        or `audio` or both, and any of `language`, `voice`, `rate`, `pitch`, `style`, `identity`,
-        `strength`, `life`, `mood` and `edits`. Other columns are left alone.
+        or `audio` or both, and any of `language`, `voice`, `rate`, `pitch` and `SETTINGS`. Other
+        columns are left alone.
     voice : VoiceSettings
         What an empty cell means.
 
@@ -148,7 +146,8 @@ def _line(
     seen: dict[str, int],
 ) -> Line | UnusableLine:
     cells = dict.fromkeys(COLUMNS, "") | dict(zip(table.names, row, strict=False))
-    cells["strength"] = table.number_text(cells["strength"])
+    for column in NUMBERS:
+        cells[column] = table.number_text(cells[column])
     name = cells["id"] or f"row {number}"
     try:
         if any(row[len(table.names) :]):
@@ -172,10 +171,11 @@ def _check_name(name: str) -> None:
 def _checked(cells: dict[str, str], voice: VoiceSettings) -> Line:
     if not cells["text"] and not cells["audio"]:
         raise InputError("no text and no audio; allowed: one of them, or both")
-    for name in ("style", "identity"):
-        if cells[name].lower().endswith(".json") or "/" in cells[name] or "\\" in cells[name]:
+    for column in SETTINGS:
+        cell = cells[column]
+        if column != "edits" and (cell.lower().endswith(FILES) or "/" in cell or "\\" in cell):
             raise InputError.about(
-                name, found=repr(cells[name][:60]), allowed="a name or a mix, no file"
+                column, found=repr(cell[:60]), allowed="a name, a number or a mix, no file"
             )
     return Line(
         cells["id"],
@@ -187,13 +187,16 @@ def _checked(cells: dict[str, str], voice: VoiceSettings) -> Line:
             _whole(cells["rate"], "rate", voice.words_per_minute),
             _whole(cells["pitch"], "pitch", voice.pitch),
         ),
-        cells["style"],
-        cells["identity"],
-        _number(cells["strength"], "strength"),
-        cells["life"],
-        cells["mood"],
-        cells["edits"],
+        {column: _setting(column, cells[column]) for column in SETTINGS if cells[column]},
     )
+
+
+def _setting(column: str, cell: str) -> Any:
+    if column == "fps":
+        return frame_rate(cell)
+    if column in NUMBERS:
+        return _number(cell, column) if SETTINGS[column] == "float" else _whole(cell, column, 0)
+    return cell
 
 
 def _whole(cell: str, what: str, default: int) -> int:
@@ -204,9 +207,7 @@ def _whole(cell: str, what: str, default: int) -> int:
     return int(cell)
 
 
-def _number(cell: str, what: str) -> float | None:
-    if not cell:
-        return None
+def _number(cell: str, what: str) -> float:
     try:
         return float(cell)
     except ValueError:

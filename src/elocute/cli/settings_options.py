@@ -112,7 +112,13 @@ def options_of(
     return PresetGroup(*settings, tuple(presets)) if presets else SettingsGroup(*settings)
 
 
-def option(cls: type, name: str, *flags: str, default: Any = ...) -> Any:
+def option(
+    cls: type,
+    name: str,
+    *flags: str,
+    default: Any = ...,
+    completed: Callable[[], Iterable[str]] | None = None,
+) -> Any:
     """The typer option of one setting; its range is checked where the setting is used.
 
     Parameters
@@ -125,13 +131,21 @@ def option(cls: type, name: str, *flags: str, default: Any = ...) -> Any:
         Flags, where the field's name is not the flag.
     default
         The command's default, where it differs from the dataclass's.
+    completed : callable, optional
+        Gives the names that a shell completes.
 
     Returns
     -------
     typer.models.OptionInfo
     """
     field, known = next(pair for pair in settings_of(cls) if pair[0].name == name)
-    more = {"parser": frame_rate, "metavar": "RATE"} if name == "fps" else {}
+    more: dict[str, Any] = {"parser": frame_rate, "metavar": "RATE"} if name == "fps" else {}
+    if completed is not None:
+
+        def complete(incomplete: str) -> list[str]:
+            return [each for each in completed() if each.startswith(incomplete)]
+
+        more["autocompletion"] = complete
     return typer.Option(
         field.default if default is ... else default, *flags, help=known.text, **more
     )

@@ -76,10 +76,9 @@ class TableRun:
 
     def settings_of(self, line: Line) -> dict[str, Any]:
         """Those of the command, but for what the line says."""
-        names = ("style", "identity", "strength", "life", "mood")
-        own = {name: getattr(line, name) for name in names}
-        own["edits"] = self.file_of(line.edits, "edits", "an edit list")
-        return {**self.settings, **{n: v for n, v in own.items() if v not in ("", None)}}
+        edits = self.file_of(line.settings.get("edits", ""), "edits", "an edit list")
+        own = line.settings if edits is None else {**line.settings, "edits": edits}
+        return {**self.settings, **own}
 
 
 class FolderRun(TableRun):

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import typer
+
 from elocute.cli import options
 from elocute.cli.flags import in_flags
 from elocute.cli.format_options import FormatSettings, settings_for_format
@@ -19,63 +21,66 @@ from elocute.errors import printable
 from elocute.export.registry import check_character
 from elocute.files.output_plan import OutputPlan
 from elocute.meshes.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
+from elocute.models.take_settings import TakeSettings
+from elocute.settings import settings_of
 
 if TYPE_CHECKING:
     from elocute.animation import Animation
 
-TakeSettings = dict[str, Any]
-"""By name, as `animate` and `say` take them."""
-_OPTIONS: dict[str, tuple[Any, Any]] = {
-    "fps": (float, options.Fps),
-    "identity": (str, options.Identity),
-    "head": (str, options.Head),
-    "mesh": (str | None, options.Mesh),
-    "style": (str, options.StyleName),
-    "strength": (float, options.Strength),
-    "model": (str, options.Model),
-    "contacts": (str, options.Contacts),
-    "mix": (str, options.Mix),
-    "life": (str, options.Life),
-    "mood": (str, options.Mood),
-    "seed": (int, options.TakeSeed),
-    "look": (str, options.Look),
-    "edits": (Path | None, options.Edits),
-    "hair": (str | None, options.Hair),
-    "hair_colour": (str | None, options.HairColour),
-    "eyes": (str | None, options.Eyes),
-    "brows": (str | None, options.Brows),
-    "clothes": (str | None, options.Clothes),
-    "clothes_colour": (str | None, options.ClothesColour),
+TakeChoices = dict[str, Any]
+"""Settings of a take by name, as `animate` and `say` take them."""
+_PARTS_OF_LOOK = {
+    "hair": "Hair of the look: swept, crop, long, ponytail, …, none.",
+    "hair_colour": "Its colour: black, brown, blond, grey, …",
+    "eyes": "Irises of the look: brown, blue, green, grey, …",
+    "brows": "Brows of the look: soft, straight, full, …, none.",
+    "clothes": "Clothes of the look: crew, roll, collar, none.",
+    "clothes_colour": "Their colour: white, grey, black, navy, teal, rust, …",
 }
-
-
-_PARTS_OF_LOOK = ("hair", "hair_colour", "eyes", "brows", "clothes", "clothes_colour")
 
 
 def options_of_takes() -> Any:
     """The default of a parameter that stands for the settings of a take."""
-    return _TakeSettingsGroup()
+    return _TakeGroup()
 
 
 @dataclass(frozen=True)
-class _TakeSettingsGroup:
+class _TakeGroup:
     def options(self) -> dict[str, tuple[Any, Any]]:
-        return dict(_OPTIONS)
+        settings = {
+            each.name: (_kind_of(str(each.type)), options.take_option(each.name))
+            for each, _ in settings_of(TakeSettings)
+        }
+        parts = {
+            name: (str | None, typer.Option(None, help=text))
+            for name, text in _PARTS_OF_LOOK.items()
+        }
+        return settings | parts
 
-    def build(self, given: dict[str, Any]) -> TakeSettings:
+    def build(self, given: dict[str, Any]) -> TakeChoices:
         parts = {name: given.pop(name) for name in _PARTS_OF_LOOK}
         changed = [f"{name}={value}" for name, value in parts.items() if value is not None]
         return {**given, "look": ",".join([given["look"], *changed])}
 
 
-def named_inputs(settings: TakeSettings) -> list[Any]:
+def _kind_of(annotation: str) -> Any:
+    """How a command takes what Python takes as one of several types."""
+    kinds = annotation.split(" | ")
+    if "EditList" in kinds:
+        return Path | None
+    if "str" in kinds:
+        return str | None if kinds[-1] == "None" and len(kinds) == 2 else str
+    return {"float": float, "int": int}[kinds[0]]
+
+
+def named_inputs(settings: TakeChoices) -> list[Any]:
     """Settings that may name files, which no output may replace."""
     return [
         settings[name] for name in ("head", "identity", "style", "model", "edits") if settings[name]
     ]
 
 
-def check_edits(settings: TakeSettings) -> None:
+def check_edits(settings: TakeChoices) -> None:
     """Raise MotionError for a malformed edit list, before anything is computed."""
     if settings["edits"] is not None:
         from elocute.motion.edits import read_edits
@@ -84,7 +89,7 @@ def check_edits(settings: TakeSettings) -> None:
 
 
 def check_character_formats(
-    settings: TakeSettings, targets: Iterable[Path], format_settings: FormatSettings
+    settings: TakeChoices, targets: Iterable[Path], format_settings: FormatSettings
 ) -> None:
     """Raise OutputError for a format that cannot hold the head, before anything is computed."""
     head = Path(settings["head"])

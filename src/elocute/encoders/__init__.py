@@ -1,4 +1,4 @@
-"""Sound to Features: the built-in phone encoder, filterbanks, DeepSpeech, speech transformers."""
+"""Speech encoders, from sound to Features: the trunk, filterbanks, DeepSpeech, transformers."""
 
 from __future__ import annotations
 

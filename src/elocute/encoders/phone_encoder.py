@@ -1,4 +1,4 @@
-"""The speech encoders `phones`, the trunk's second answer, and `trunk`, its middle layer."""
+"""The encoders `phones` (the trunk's phone posteriors) and `trunk` (its middle layer)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The forty phones that the encoder recognises, and the fifteen visemes they look like."""
+"""The forty phones that the encoder recognises, and the fifteen visemes they belong to."""
 
 from __future__ import annotations
 

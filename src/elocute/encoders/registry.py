@@ -1,4 +1,4 @@
-"""Any speech encoder by its name."""
+"""Opens a speech encoder by its name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The trunk at run time: sound in; measures of a mouth and phones out, fifty times a second.
+"""Runs the trunk: sound in, measures of a mouth and phones out, 50 times a second.
 
 There is one way through it, the stream; a whole file is a stream fed once. Each layer keeps what it
 heard, so every row is computed once, and how the sound is cut makes no difference.

@@ -1,4 +1,4 @@
-"""What a character's own shapes do to its mouth, measured on the mesh in its file."""
+"""Measures what a character's own shapes do to its mouth, on the mesh in its file."""
 
 from __future__ import annotations
 

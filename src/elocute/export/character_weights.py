@@ -1,4 +1,4 @@
-"""A motion of the built-in head as weights and turns of a character's own shapes and joints."""
+"""Converts a motion of the built-in head to weights and joint turns of a character."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A contact sheet: a take at a glance."""
+"""Draws a contact sheet: frames of a take in one picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A motion in the parameters of another standard: curves of its names, and what they leave."""
+"""Converts a motion to the parameters of another standard, and says what they leave."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Curves that come back in: ours, and those of other programs, on ARKit's names.
+"""Reads curves from files: Elocute's own, and those of other programs, as ARKit's curves.
 
     .csv   Live Link Face's recordings (ours are like them), Audio2Face's, any table with a column
            for each curve

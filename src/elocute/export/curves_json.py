@@ -1,4 +1,4 @@
-"""Curves as JSON, for other programs: the weight of every shape of the head.
+"""Writes curves as JSON for other programs: the weight of every shape of the head.
 
     {"format": "elocute curves", "version": 1, "fps": 60.0,
      "names": ["eyeBlinkLeft", …], "frames": [[0, 0.25, …], …]}

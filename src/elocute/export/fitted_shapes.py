@@ -1,4 +1,4 @@
-"""Targets of a standard that the head's own curves do not have: visemes, or VRM's expressions.
+"""Fits shapes of a standard that the head does not have: visemes, or VRM's expressions.
 
 The mouth is fitted with them frame by frame, as it is for characters that have nothing else; lids
 and gaze are taken over. What none of them can show is left out, and told.

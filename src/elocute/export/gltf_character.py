@@ -1,4 +1,4 @@
-"""A talking animation in a character's own glTF file, which stays as it was otherwise.
+"""Adds a talking animation to a character's own glTF file; the rest stays as it was.
 
 What is added are items at the ends of lists (animation, accessors, buffer views) and bytes at the
 end of the buffer; every other letter of the JSON and every byte of the buffer stays where it was.

@@ -1,4 +1,4 @@
-"""A .glb as it grows: JSON records and one buffer."""
+"""Builds a .glb: JSON records and one buffer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Identities of a head as files: a mesh for each face, or one contact sheet of all."""
+"""Writes identities of a head: a mesh for each face, or one contact sheet of all."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The native format as a writer among writers."""
+"""Writes the native format (.npz)."""
 
 from __future__ import annotations
 

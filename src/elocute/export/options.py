@@ -1,4 +1,4 @@
-"""What the writers of some formats may be told. Nothing here needs what writers need."""
+"""Options of the writers, in a module that needs nothing of what writers need."""
 
 from __future__ import annotations
 

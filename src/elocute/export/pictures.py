@@ -1,4 +1,4 @@
-"""A renderer as picture options ask for it: camera, lights and ground."""
+"""Sets up a renderer from picture options: camera, lights and ground."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The writer and the options of each suffix."""
+"""Finds the writer and the options of each suffix."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Irises sunk behind their corneas, for programs that do not bend the view at a cornea.
+"""Moves irises behind their corneas, for programs that do not refract the view at a cornea.
 
 The face of the eye keeps the cornea's normals, so highlights lie on it; only its places go back, to
 the depth at which the aqueous humour shows an iris. No program needs to know of it.

@@ -1,4 +1,4 @@
-"""Values as USD's text form (.usda) has them."""
+"""Formats values as USD's text form (.usda) has them."""
 
 from __future__ import annotations
 

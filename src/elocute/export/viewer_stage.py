@@ -1,4 +1,4 @@
-"""What the viewer needs to draw a head as pictures show it: light, finishes, views."""
+"""Describes light, finishes and views to the viewer, so that it draws heads as pictures do."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The humanoid bones that a VRM has to have, around a head that has none below its neck.
+"""Adds the humanoid bones that a VRM must have around a head that has none below its neck.
 
 They are nodes without a mesh, in a T pose with feet on the ground: a body 1.70 m tall with segments
 as Drillis and Contini (1966) give them. Neck, head and eyes are the head's own joints.

@@ -1,4 +1,4 @@
-"""How a face rests in a feeling, as weights of the head's shapes.
+"""Resting faces of feelings, as weights of the head's shapes.
 
 Names without a side are set on both. What else a feeling does (how the head is held, how much moves
 while somebody speaks) is `life.moods`.

@@ -1,4 +1,4 @@
-"""A moving face as FLAME takes it, and its file."""
+"""A moving face in FLAME's parameters, and its file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FLAME on some of its vertices: where they are in a frame, and how they move with its unknowns."""
+"""FLAME on a subset of its vertices: positions in a frame and their derivatives."""
 
 from __future__ import annotations
 

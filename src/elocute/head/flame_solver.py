@@ -1,4 +1,4 @@
-"""From vertices on FLAME's mesh back to FLAME's parameters, by FLAME's own equations.
+"""Solves for FLAME's parameters from vertices on its mesh, by FLAME's own equations.
 
 For a fixed pose FLAME's vertices are affine in shape and expression, pose correctives and moving
 joints included, so those slopes are exact; those of the pose are differences. Shape is what all

@@ -1,4 +1,4 @@
-"""A HeadModel out of a FLAME model, so that every writer and renderer takes it."""
+"""Makes a HeadModel of a FLAME model, so that every writer and renderer takes it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Folds that come with expressions: how strong they are is read off the vertices of a pose.
+"""Measures the strength of expression folds from the vertices of a pose.
 
 Skin folds where it is pushed together. Each zone of the face has pairs of vertices across its
 folds; how much shorter these lie than at rest is the zone's strength, whatever moved them: weights,

@@ -1,4 +1,4 @@
-"""Joints of a head by the names that people give them."""
+"""Finds the joints of a head by the names that people give them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the opening of the lips lies, and how far light comes in through it.
+"""Measures where the opening of the lips lies, and how far light comes in through it.
 
 Lips close round what is behind them: the smaller the opening, the less of the room teeth and
 tongue see. Renderers get vertices, not weights, so it is read off the pose, as folds are: a line

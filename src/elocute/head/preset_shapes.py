@@ -1,4 +1,4 @@
-"""What the shapes of other standards do, as weights of the built-in head's shapes.
+"""Shapes of other standards as weights of the built-in head's shapes.
 
 The fifteen visemes of the Oculus set as avatars name them, and the expressions of VRM 1.0. Names of
 feelings without a side are set on both.

@@ -1,4 +1,4 @@
-"""Any head by its name or file: the built-in one, FLAME, a stored head, a mesh."""
+"""Opens any head by name or file: the built-in one, FLAME, a stored head, a mesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far shapes that are made for the mean face reach on another."""
+"""Scales shapes that are made for the mean face to another face."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a material of a head looks like: images, and how light meets it."""
+"""The surface of a material of a head: images, and how light meets it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a living head does about what it says: events of speech in, rows of motion out.
+"""Turns events of speech into rows of head, gaze, lid and brow motion.
 
 Every event draws a course into the rows ahead: a nod on an accent, a brow, a blink where a phrase
 ends. What people leave to chance (when to blink, where to look) is drawn from the sound itself and
@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array
-from elocute.life.canvas import Canvas, hill, joined, rise
 from elocute.life.ground import GOLDEN, PLASTIC, Ground
+from elocute.life.lookahead_buffer import LookaheadBuffer, hill, joined, rise
 from elocute.life.people import AVERAGE, Person
 from elocute.life.prosody import BATCH, ROW_RATE
 from elocute.life.prosody_events import (
@@ -120,7 +120,7 @@ class Director:
         self, blinks: float = 1.0, blink_rate: float = 1.0, person: Person = AVERAGE
     ) -> None:
         self._finder = EventFinder()
-        self._canvas = Canvas(len(CHANNELS), LOOKAHEAD_ROWS + BATCH)
+        self._canvas = LookaheadBuffer(len(CHANNELS), LOOKAHEAD_ROWS + BATCH)
         self._blinks, self._blink_rate = blinks, blink_rate * person.blink_rate
         length = BLINK_S * person.blink_length
         moments = np.arange(round(length * ROW_RATE)) / ROW_RATE

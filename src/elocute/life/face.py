@@ -1,4 +1,4 @@
-"""Life on a face: rows of motion laid over the curves of a mouth, and as turns of joints.
+"""Lays rows of life over the curves of a mouth, and makes joint rotations of them.
 
 What is laid over leaves the lips as they are where they meet: of the mouth's own shapes only a
 breath parts them, and only where the mouth rests.

@@ -1,4 +1,4 @@
-"""The ground of life: what never rests, whatever is heard.
+"""Idle motion that never stops, whatever is heard.
 
 Heads drift, lids and brows stir, eyes wander on what they rest on, and no mouth is even. Each of
 these is three waves whose lengths share no multiple, so that they never come round and never all

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from elocute.array_types import Float64Array
 from elocute.errors import InputError
 from elocute.head.feeling_shapes import FEELING_SHAPES
 from elocute.one_line_repr import brief
+
+if TYPE_CHECKING:
+    from elocute.array_types import Float64Array
 
 
 @dataclass(frozen=True)

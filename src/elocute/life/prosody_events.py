@@ -1,4 +1,4 @@
-"""Events of speech: syllables with their prominence, phrases' ends, hesitation; and manner.
+"""Detects syllables with their prominence, ends of phrases, hesitation, liveliness and effort.
 
 All levels are relative to the loudest of late, all pitches to the voice's own mean, so a voice
 recorded louder or softer has the same events.
@@ -10,7 +10,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from elocute.array_types import Float64Array
-from elocute.life.canvas import hill
+from elocute.life.lookahead_buffer import hill
 from elocute.life.prosody import BATCH, LEVEL, PITCH, SILENT_ROW, TILT, VOICING
 
 RANGE_DB = 30.0  # below the loudest of late: from there on a level counts as nothing

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 
 from elocute.errors import InputError
-from elocute.numerics.input_checks import real_number
 from elocute.one_line_repr import brief
 from elocute.settings import check_settings, described, setting, settings_of
 
@@ -65,6 +64,8 @@ def resolve_life(given: float | str | Life) -> Life:
         return given
     if isinstance(given, str):
         return _parsed(given)
+    from elocute.numerics.input_checks import real_number
+
     return _everywhere(real_number(given), given)
 
 

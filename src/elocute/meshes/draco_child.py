@@ -1,4 +1,4 @@
-"""Unpack Draco streams: a process of its own, since a forged stream may end it.
+"""Decodes Draco in a subprocess, because a malicious stream can crash the decoder.
 
 Standard input: a line of JSON, the streams' lengths; then the streams. Standard output: a line of
 JSON, name, type and shape of each array; then their bytes. "f0" is the first stream's faces, "a0_3"

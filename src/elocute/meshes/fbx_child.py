@@ -1,4 +1,4 @@
-"""Blender reads an FBX file and writes a .glb: a process of its own, which may end as it likes.
+"""Reads an FBX file with Blender in a subprocess, and writes a .glb.
 
 Arguments: the file to read, the file to write.
 """

@@ -1,4 +1,4 @@
-"""Binary FBX files, walked from record to record: their texts are made to name no place.
+"""Strips file paths from the strings of a binary FBX.
 
 Records are an end, counts of properties, a name, properties, then records inside. Source: the
 layout as Blender's developers describe it (code.blender.org, "FBX binary file format").

@@ -1,4 +1,4 @@
-"""What is added to a glTF file: records at the ends of its lists, bytes at the end of its buffer.
+"""Adds records to the lists of a glTF file and bytes to the end of its buffer.
 
 Every other letter of the JSON and every byte of the buffer stays where it was.
 """

@@ -1,4 +1,4 @@
-"""The numbers of a glTF file: accessors over its buffers, unpacked where meshopt packed them."""
+"""Reads the arrays of a glTF file: accessors over its buffers, unpacked where meshopt packed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the records of a glTF file fit each other, before anything follows them.
+"""Checks that the records of a glTF file fit each other, before anything follows them.
 
 Nothing is decoded: lengths and indices are compared as the JSON states them. Materials, textures
 and extensions are left to the programs that draw them.

@@ -1,4 +1,4 @@
-"""glTF 2.0 files as they are: the JSON as text and as records, the binary chunk, the rest.
+"""Opens glTF 2.0 files undecoded: the JSON as text and as records, the binary chunk, the rest.
 
 What a file holds is never decoded here; `gltf_checks` says whether its parts fit each other.
 """

@@ -1,4 +1,4 @@
-"""The meshes of a glTF file as they stand at rest, with the colours of their materials.
+"""Reads the meshes of a glTF file at rest, with the colours of their materials.
 
 Skinned meshes stand where their joints put them. Vertices may be quantized, sparse, or packed by
 meshopt (`gltf_arrays`) or Draco (`draco_gltf`).

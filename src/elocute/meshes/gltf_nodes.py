@@ -1,4 +1,4 @@
-"""Where the nodes of a glTF file stand at rest, and what hangs from what."""
+"""Finds where the nodes of a glTF file stand at rest, and their hierarchy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Changes to a JSON text that leave every other letter of it as it was.
+"""Changes a JSON text and leaves every other letter of it as it was.
 
 A path names a value: keys of objects and places in lists, from the outermost inwards. The text
 has been read before by `json_records`, so that it is known to be JSON.

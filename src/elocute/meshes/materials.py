@@ -1,4 +1,4 @@
-"""How the materials of an .obj or a .ply look: material files and pictures found beside it.
+"""Finds the materials of an .obj or a .ply: material files and pictures beside it.
 
 A file may name them with folders of another machine. Only the bare name counts: it is looked for in
 the mesh's own folder and in folders there that are commonly called so, in any case of its letters,

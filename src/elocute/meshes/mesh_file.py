@@ -1,4 +1,4 @@
-"""Mesh files as polygons, and pictures whose size is known before they are decoded."""
+"""Reads mesh files as polygons, and sizes of pictures before they are decoded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bytes packed by meshopt, unpacked: attributes, triangles, indices, and the filters after them.
+"""Decodes meshopt's compression: attributes, triangles, indices, and the filters after them.
 
 As the glTF extensions EXT_meshopt_compression and KHR_meshopt_compression specify the streams.
 """

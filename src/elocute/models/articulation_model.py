@@ -7,16 +7,14 @@ from elocute.articulation.style import Style
 from elocute.audio.features import Features
 from elocute.models.feature_extraction import PhonePosteriorStream
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
-from elocute.models.styled_as_rules import StyledAsRules
+from elocute.models.rule_styles import StyledAsRules
 from elocute.motion.curves import Curves
-
-NAME = "articulation"
 
 
 class ArticulationModel(StyledAsRules):
     """The rules as a SpeechModel; its styles are those of `elocute.articulation.style`."""
 
-    name, fps = NAME, 60.0
+    name, fps = "articulation", 60.0
     decoder_lookahead_s = LOOKAHEAD_S
 
     def feature_streams(

@@ -1,4 +1,4 @@
-"""What the recurrent model may hear: names that settings list before anything heavy is imported."""
+"""Encoders of the recurrent model: names that settings read before anything heavy loads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is laid over a learned model's curves of the built-in head: contacts and rests."""
+"""Lays contacts and rests over a learned model's curves of the built-in head."""
 
 from __future__ import annotations
 

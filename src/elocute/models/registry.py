@@ -2,33 +2,55 @@
 
 from __future__ import annotations
 
+import importlib
 import os
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from elocute.errors import ModelError
-from elocute.files.reading import path_of
-from elocute.models import articulation_model, crnn_network, karras, talkers, voca
-from elocute.models.articulation_model import ArticulationModel
-from elocute.models.crnn import CrnnModel
-from elocute.models.karras import KarrasModel
-from elocute.models.model_file import check_file, open_session, stored_record
-from elocute.models.protocol import SpeechModel
-from elocute.models.talkers import TalkersModel
-from elocute.models.voca import VocaModel
-from elocute.numerics.input_checks import check_kind
 
-DEFAULT_MODEL = talkers.SHIPPED
-FILE_KINDS = {
-    "crnn": CrnnModel,
-    karras.KIND: KarrasModel,
-    talkers.KIND: TalkersModel,
+if TYPE_CHECKING:
+    from elocute.models.protocol import SpeechModel
+
+
+@dataclass(frozen=True)
+class BuiltinModel:
+    """A model that `open_model` knows by its name.
+
+    Parameters
+    ----------
+    module, name : str
+        The module of this package that has it, and its class; without arguments it opens what is
+        shipped.
+    about : str
+        What it is, in a few words.
+    """
+
+    module: str
+    name: str
+    about: str
+
+
+MODELS = {
+    "talkers": BuiltinModel("talkers", "TalkersModel", "mouths as learned from people"),
+    "articulation": BuiltinModel("articulation_model", "ArticulationModel", "rules alone"),
+    "voca": BuiltinModel("voca", "VocaModel", "VOCA 2019"),
+    "crnn": BuiltinModel("crnn", "CrnnModel", "the recurrent model of 2019"),
 }
-"""Models by the kind in their file; all others are VOCA's."""
+"""All that is needed to add one; the first is the default."""
+DEFAULT_MODEL = next(iter(MODELS))
+FILE_KINDS = {
+    "crnn": MODELS["crnn"],
+    "karras": BuiltinModel("karras", "KarrasModel", "Karras et al. 2017"),
+    "trunk": MODELS["talkers"],
+}
+"""Models by the kind that their files state; all others are VOCA's."""
 
 
 def model_names() -> tuple[str, ...]:
     """The names that `open_model` knows, besides files."""
-    return (articulation_model.NAME, talkers.SHIPPED, voca.SHIPPED, crnn_network.SHIPPED)
+    return tuple(MODELS)
 
 
 def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
@@ -37,7 +59,7 @@ def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
     Parameters
     ----------
     model : str or Path
-        "articulation", "talkers", "voca" or "crnn", or the file of a trained model (.onnx).
+        A name of `model_names`, or the file of a trained model (.onnx).
 
     Returns
     -------
@@ -48,25 +70,28 @@ def open_model(model: str | Path = DEFAULT_MODEL) -> SpeechModel:
     ModelError
         For an unknown name, and a file that is missing, too large or not a model of Elocute.
     """
+    # The names above are known before NumPy is.
+    from elocute.files.reading import path_of
+    from elocute.models.model_file import check_file, open_session, stored_record
+    from elocute.numerics.input_checks import check_kind
+
     check_kind("model", model, str | os.PathLike, "a name or a path", ModelError)
     if not isinstance(model, str):
         model = path_of(model, ModelError)
-    if str(model) == articulation_model.NAME:
-        return ArticulationModel()
-    if str(model) == talkers.SHIPPED:
-        return TalkersModel(model)
-    if str(model) == voca.SHIPPED:
-        return VocaModel(model)
-    if str(model) == crnn_network.SHIPPED:
-        return CrnnModel(model)
+    if str(model) in MODELS:
+        return _class_of(MODELS[str(model)])()
     path = Path(model)
     if path.suffix.lower() != ".onnx":
         raise ModelError.about(
             f"model {str(model)!r}",
             found="unknown",
-            allowed=f"{', '.join(model_names())}, or a trained model (.onnx)",
+            allowed=f"{', '.join(MODELS)}, or a trained model (.onnx)",
         )
     check_file(path, "make one: elocute train voca, train karras or train crnn")
     session = open_session(path)
-    kind = FILE_KINDS.get(str(stored_record(session).get("kind")), VocaModel)
-    return kind(path, session)
+    kind = FILE_KINDS.get(str(stored_record(session).get("kind")), MODELS["voca"])
+    return _class_of(kind)(path, session)
+
+
+def _class_of(model: BuiltinModel) -> type:
+    return getattr(importlib.import_module(f"elocute.models.{model.module}"), model.name)

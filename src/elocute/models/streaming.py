@@ -11,6 +11,7 @@ import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +23,14 @@ from elocute.articulation.style import Style
 from elocute.audio.features import Features
 from elocute.audio.waveform import check_rate, check_samples
 from elocute.errors import AudioError, InputError
+from elocute.head.builtin import load_builtin_head
+from elocute.head.identity import identity_choice, resolve_identity
 from elocute.life.director import CHANNELS
 from elocute.life.face import LivingFace, rows_of_frames
 from elocute.life.moods import Mood, resolve_mood
 from elocute.life.people import person_of
 from elocute.life.prosody import ROW_RATE
-from elocute.life.settings import Life, resolve_life
+from elocute.life.settings import resolve_life
 from elocute.life.stream import LifeStream
 from elocute.models.protocol import (
     FeatureStream,
@@ -38,6 +41,7 @@ from elocute.models.protocol import (
 )
 from elocute.models.registry import DEFAULT_MODEL, open_model
 from elocute.models.style_mixes import checked_style
+from elocute.models.take_settings import StreamOptions, StreamSettings
 from elocute.motion.curves import Curves
 from elocute.numerics.frame_rates import frame_rate
 from elocute.numerics.input_checks import (
@@ -45,12 +49,11 @@ from elocute.numerics.input_checks import (
     array_of,
     check_kind,
     real_number,
-    whole_number,
 )
 from elocute.numerics.quaternions import no_turn
 from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import brief
-from elocute.settings import setting_of
+from elocute.settings import setting_of, taking
 
 INT16_SCALE = 1 / 32768
 
@@ -132,7 +135,7 @@ class CurveStream:
         contacts: str = "auto",
         mix: str = "output",
     ) -> None:
-        check_animation_settings(fps, strength)
+        AnimationSettings(fps=fps, strength=strength, contacts=contacts, mix=mix)
         self._contacts = lays_contacts(contacts)
         self.model, self.fps = model, float(frame_rate(fps))
         self.sample_rate = check_rate("stream", sample_rate)
@@ -392,53 +395,30 @@ class Stream:
         return f"Stream({self._curves.model.name}, {self._curves.fps:g} fps, {given} frames given)"
 
 
+@taking(StreamSettings)
 def stream(
     rate: int = 48000,
     model: str | Path = DEFAULT_MODEL,
     fps: float = 60.0,
     *,
-    style: str | Style = "plain",
-    strength: float = 1.0,
     level: SoundLevel | None = None,
-    contacts: str = "auto",
-    mix: str = "output",
-    life: float | str | Life = 1.0,
-    mood: str | Mood = "neutral",
-    seed: int = 0,
-    identity: str | int | Path = "mean",
+    **settings: Unpack[StreamOptions],
 ) -> Stream:
     """Animate speech while it comes in.
 
     A frame has all curves of the built-in head, or of the model's own shapes. It comes out
-    `lookahead_s` after its time.
+    `lookahead_s` after its time. Curves fit any face; the identity says who lives in it.
 
     Parameters
     ----------
     rate : int
         Sample rate of the sound, Hz.
     model : str or Path
-        "articulation", "talkers", "voca", "crnn", or a trained model (.onnx).
+        A name of `elocute.models.model_names`, or a trained model (.onnx).
     fps : float
-        Frames per second, 1 to 240.
-    style : str or Style
-        A name, a mix, or a JSON file, as `animate` takes it.
-    strength : float
-        How far the mouth moves, 0 to 2.
+        Frames per second, 1 to 240; 29.97 is taken for 30000/1001.
     level : (float, float), optional
         Mean and peak of the whole sound, where known: the recurrent model normalises by them.
-    contacts : str
-        "auto" lays lip contacts and rests over by rule, "off" leaves the model's bare output.
-    mix : str
-        Where a trained model mixes styles, "output" or "input", as `animate` takes it.
-    life : float, str or Life
-        How much moves beside the mouth, as `animate` takes it.
-    mood : str or Mood
-        How the person feels, as `animate` takes it.
-    seed : int
-        Another take, as `animate` takes it: streams of other seeds do not blink together.
-    identity : str, int or Path
-        Who speaks, as `animate` takes it: people live each in their own way. Frames are curves,
-        which fit any face.
 
     Returns
     -------
@@ -462,24 +442,21 @@ def stream(
         for frame in live.flush():
             ...
     """
-    from elocute.head.builtin import load_builtin_head
-    from elocute.head.identity import identity_choice, resolve_identity
 
-    alive, feeling = resolve_life(life), resolve_mood(mood)
-    check_animation_settings(fps, strength, seed)
-    fps = frame_rate(fps)
-    opened = open_model(model)
+    take = StreamSettings(model=model, fps=fps, **settings)
+    alive, feeling = resolve_life(take.life), resolve_mood(take.mood)
+    opened = open_model(take.model)
     curves = CurveStream(
         opened,
         rate,
-        fps=fps,
-        style=style,
-        strength=strength_in_mood(strength, feeling),
+        fps=frame_rate(take.fps),
+        style=take.style,
+        strength=strength_in_mood(take.strength, feeling),
         level=level,
-        contacts=contacts,
-        mix=mix,
+        contacts=take.contacts,
+        mix=take.mix,
     )
-    person = person_of(resolve_identity(identity_choice(identity))).drawn(seed)
+    person = person_of(resolve_identity(identity_choice(take.identity))).drawn(take.seed)
     if not opened.makes_contacts:
         return Stream(curves, None)
     return Stream(curves, LivingFace(load_builtin_head(), alive, feeling, person))
@@ -496,32 +473,6 @@ def _check_level(level: SoundLevel | None) -> None:
         raise InputError.about(
             "level", found=brief(level), allowed="(mean, peak) of the sound, the peak above 0"
         )
-
-
-def check_animation_settings(fps: object, strength: object, seed: object = 0) -> None:
-    """Check a frame rate, a strength and a seed by AnimationSettings; NumPy's numbers are allowed.
-
-    Parameters
-    ----------
-    fps : float
-        Frames per second.
-    strength : float
-        How far the mouth moves.
-    seed : int
-        Of a take.
-
-    Raises
-    ------
-    InputError
-        For a number outside its range, and for anything but a number.
-    """
-    numbers = (real_number(fps), real_number(strength), whole_number(seed))
-    for name, value, number in zip(
-        ("fps", "strength", "seed"), (fps, strength, seed), numbers, strict=True
-    ):
-        known = setting_of(AnimationSettings, name)
-        if number is None or not known.holds(number):
-            raise InputError.about(f"`{name}`", found=brief(value), allowed=known.allowed)
 
 
 def strength_in_mood(strength: float, mood: Mood) -> float:

@@ -1,4 +1,4 @@
-"""How a trained model errs in the styles that it learned, and what a style fit makes of it.
+"""Measures how a trained model errs in the styles it learned, and what a style fit makes of it.
 
 A network errs by more than its styles differ, and not alike in all directions: a misheard phone
 moves jaw and lips by millimetres, a lopsided smile never. What it errs by in the clips that it

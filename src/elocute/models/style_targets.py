@@ -1,4 +1,4 @@
-"""Takes that a model in some style is compared with, in coordinates of what it can do."""
+"""Takes that a model's styles are compared with, in coordinates of what it can do."""
 
 from __future__ import annotations
 

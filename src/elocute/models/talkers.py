@@ -58,7 +58,7 @@ from elocute.errors import ModelError
 from elocute.models.feature_extraction import HeardMouth, Hearing
 from elocute.models.model_file import check_file
 from elocute.models.protocol import FeatureStreams, FrameSpan, SoundLevel, SpeechFeatures
-from elocute.models.styled_as_rules import StyledAsRules
+from elocute.models.rule_styles import StyledAsRules
 from elocute.motion.curves import Curves
 from elocute.motion.mouth_measures import TRACKED_MEASURES
 from elocute.motion.mouth_response import (

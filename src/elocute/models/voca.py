@@ -112,7 +112,7 @@ class VocaModel:
     least_rows = REACH  # that the network takes
     needs_sound_level = False
 
-    def __init__(self, path: str | Path, session: Any = None) -> None:
+    def __init__(self, path: str | Path = SHIPPED, session: Any = None) -> None:
         self.path = SHIPPED_PATH if str(path) == SHIPPED else Path(path)
         self._opened = session  # of the same file, where it was opened before
         check_file(self.path, f"make one: elocute train {self.kind} CORPUS -o FOLDER")

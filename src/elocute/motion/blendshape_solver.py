@@ -1,4 +1,4 @@
-"""From vertices back to the blendshape weights and joint rotations behind them."""
+"""Solves for blendshape weights and joint rotations from vertices."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Weights of any set of mouth shapes that come nearest to a motion of the built-in head.
+"""Fits weights of any set of mouth shapes to a motion of the built-in head.
 
 Each shape is told as weights of the head's own: a viseme is the look that the head has for it. The
 weights are non-negative, few at a time, and as smooth as the motion: each frame is a strictly

@@ -1,4 +1,4 @@
-"""The mouth of any mesh, found and measured by what opens it.
+"""Finds and measures the mouth of any mesh by what opens it.
 
 Where its lips meet, the front of a face tears: going down a vertical line over the surface that is
 seen from ahead, what is above stays and what is below goes with the jaw. No names, numbering or

@@ -1,4 +1,4 @@
-"""What callers give, looked at before anything is computed or memory is taken."""
+"""Checks what callers give before anything is computed or memory is taken."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Viterbi over states that last two rows at least."""
+"""Viterbi over states that last at least two rows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Laying one set of points over another by a rotation and a shift."""
+"""Aligns one set of points with another by a rotation and a shift."""
 
 from __future__ import annotations
 

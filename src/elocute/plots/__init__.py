@@ -1,1 +1,1 @@
-"""Figures of curves and alignments, drawn with matplotlib."""
+"""Figures of curves and alignments."""

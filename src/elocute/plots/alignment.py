@@ -1,4 +1,4 @@
-"""Two recordings and how they are warped: spectrograms beside matrices with the path on them."""
+"""Plots two recordings and their alignment: spectrograms beside matrices with the path on them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plots of curves over time, drawn with Pillow: no plotting library for one picture."""
+"""Plots curves over time with Pillow: no plotting library for one picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many curves over time in panels, with the region between them shaded (VOCA 2019, fig. 6)."""
+"""Plots many curves over time in panels, with the range between them shaded (VOCA 2019, fig. 6)."""
 
 from __future__ import annotations
 

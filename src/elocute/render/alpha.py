@@ -1,4 +1,4 @@
-"""Straight alpha for codecs that blur colours."""
+"""Spreads colours under empty pixels, for codecs that blur straight alpha."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The renderers that a picture may be drawn by, and what may be chosen of what it shows."""
+"""Names of the renderers and of the views."""
 
 from __future__ import annotations
 

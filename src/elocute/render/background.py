@@ -1,4 +1,4 @@
-"""What lies behind a head: the studio's own ground, nothing, a colour, or a picture.
+"""Backgrounds: the studio's own ground, nothing, a colour, or a picture.
 
 Names and files are checked without NumPy, for the command line; a picture is read when it is
 drawn.

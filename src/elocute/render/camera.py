@@ -1,4 +1,4 @@
-"""Where the camera stands."""
+"""Places the camera."""
 
 from __future__ import annotations
 

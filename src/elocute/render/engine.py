@@ -1,4 +1,4 @@
-"""The interface of a renderer, and which engine to take."""
+"""The interface of a renderer, and the choice of an engine."""
 
 from __future__ import annotations
 

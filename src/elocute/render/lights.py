@@ -1,4 +1,4 @@
-"""Where the light comes from: presets that a studio, a window or a sky would give.
+"""Presets of light: a studio, a window, a sky.
 
 Every light stands still in the head's own space (+Y up, +Z out of the face), so turning the camera
 walks round a lit face. The first lamp is the key: it alone casts shadows.

@@ -1,4 +1,4 @@
-"""A head taken apart for drawing: vertices split at seams of images, a part per material."""
+"""Splits a head for drawing: vertices split at seams of images, a part per material."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of a head as every program opens them: PNG and JPEG."""
+"""Converts pictures of a head to PNG and JPEG, which every program opens."""
 
 from __future__ import annotations
 

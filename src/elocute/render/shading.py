@@ -1,4 +1,4 @@
-"""How a point of a head is lit, once in GLSL and once in NumPy; all numbers stand here.
+"""The lighting of a point on a head, once in GLSL and once in NumPy; all its numbers stand here.
 
 Light adds up in linear space. Diffuse light reaches round edges, red further than blue, and sees
 blunter normals, as if it had scattered in skin; highlights are GGX, widened by the size of each

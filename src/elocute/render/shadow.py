@@ -1,4 +1,4 @@
-"""Where the key stands when it looks for what it cannot see, and how its shadow is blurred."""
+"""Places the key light's shadow map, and blurs it."""
 
 from __future__ import annotations
 

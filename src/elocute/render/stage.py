@@ -1,4 +1,4 @@
-"""What a picture is taken in: lights, ground, and how finely it is drawn."""
+"""The stage of a picture: lights, ground, and how finely it is drawn."""
 
 from __future__ import annotations
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
+    from elocute.speech.spoken_text import SpokenText as SpokenText, SpokenWord as SpokenWord
     from elocute.speech.text.forced_alignment import segment_words as segment_words
     from elocute.speech.text.word_times import (
         TimedWord as TimedWord,
@@ -27,11 +28,7 @@ if TYPE_CHECKING:
         SpeechTimes as SpeechTimes,
         read_speech_times as read_speech_times,
     )
-    from elocute.speech.voices.espeak import (
-        SpokenText as SpokenText,
-        SpokenWord as SpokenWord,
-        speak as speak,
-    )
+    from elocute.speech.voices.registry import speak as speak
     from elocute.speech.voices.settings import VoiceSettings as VoiceSettings
 
 __getattr__, __dir__ = lazy(__name__, __file__)

@@ -1,4 +1,4 @@
-"""Phone symbols of dictionaries, aligners and speech engines, as one of PHONES.
+"""Translates phone symbols of dictionaries, aligners and speech engines to PHONES.
 
 Where another language has no such phone, the one that looks alike on the lips was taken: front
 rounded vowels are rounded first of all, a uvular r does not show.

@@ -1,5 +1,4 @@
-"""When each phone of a speech is said, in one call: as the encoder hears them, or as a text has
-them."""
+"""Finds when each phone of a speech is said, from its sound, a text, or times that are known."""
 
 from __future__ import annotations
 

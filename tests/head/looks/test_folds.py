@@ -10,9 +10,9 @@ import pytest
 from elocute.head import HeadModel, load_builtin_head, resolve_identity
 from elocute.head.folds import ZONES, Folds
 from elocute.head.looks import Look, dress
-from elocute.head.looks.finer import finer_face
 from elocute.head.looks.folds import fold_depth, fold_lines, folds_of
 from elocute.head.looks.pictures import decoded
+from elocute.head.looks.subdivision import finer_face
 from elocute.head.surface import Surface, surface_arrays, surfaces_of_arrays
 from elocute.motion.motion import Motion
 

@@ -1,4 +1,4 @@
-"""Which of a file's meshes are one head: a head comes in parts, and a file may hold two of them."""
+"""Groups the meshes of a file into heads: a head comes in parts, and a file may hold two."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Neck, head, jaw and eyes among the joints of a file, by the names that rigs give them."""
+"""Finds neck, head, jaw and eyes among the joints of a file by the names that rigs use."""
 
 from __future__ import annotations
 

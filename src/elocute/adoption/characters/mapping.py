@@ -1,4 +1,4 @@
-"""Which of a file's morph targets and joints take which of the built-in head's curves.
+"""Maps the built-in head's curves to a file's morph targets and joints.
 
 A file that has all of ARKit's shapes that speech uses takes the curves as they are. Of any other
 mouth (visemes, a VRM's vowels, a jaw alone) the weights are fitted to the built-in head's mouth,

@@ -1,4 +1,4 @@
-"""The meshes of a file that have morph targets, and what those are called."""
+"""Lists the meshes of a file that have morph targets, with the targets' names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A character's file as a head: the built-in head with the file and the mapping beside it."""
+"""Opens a character's file as a head: the built-in head with the file and the mapping beside it."""
 
 from __future__ import annotations
 

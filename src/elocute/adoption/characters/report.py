@@ -1,4 +1,4 @@
-"""How a character's file was understood, in words and as a record."""
+"""Reports how a character's file was understood, in words and as a record."""
 
 from __future__ import annotations
 

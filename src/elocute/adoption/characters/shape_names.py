@@ -1,4 +1,4 @@
-"""What a morph target does, by its name, in the spellings that files come with.
+"""Reads from the name of a morph target what it does, in the spellings that files come with.
 
 A name is read as words: `head_blendshape.eyeBlink_L`, `Eye Blink Left` and `eyeBlinkLeft` are one.
 What it does is told as weights of the built-in head's curves at weight one of the target.

@@ -1,4 +1,4 @@
-"""The names that sets of shapes give to what a face does, as weights of the built-in head's curves.
+"""Sets of shapes by name (ARKit, visemes, Daz, MetaHuman, …) as weights of the built-in curves.
 
 ARKit's, and those that say the same otherwise: Character Creator, MetaHuman, Unified Expressions,
 Meta's and Ekman's action units, faceshift, Daz, Mixamo, MB-Lab, VRoid; and visemes: Oculus's,

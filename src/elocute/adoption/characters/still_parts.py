@@ -1,4 +1,4 @@
-"""Eyes, teeth and tongues of a file that nothing moves, neither shapes nor joints."""
+"""Names eyes, teeth and tongues of a file that neither shapes nor joints move."""
 
 from __future__ import annotations
 

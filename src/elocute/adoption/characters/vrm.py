@@ -1,4 +1,4 @@
-"""What a VRM, version 0 or 1, says of its face: expressions, joints, how its eyes turn."""
+"""Reads what a VRM, version 0 or 1, says of its face: expressions, joints, how its eyes turn."""
 
 from __future__ import annotations
 

@@ -25,8 +25,8 @@ from elocute.cli.progress import counted
 from elocute.cli.spoken_takes import FolderRun, TableRun
 from elocute.cli.table_runs import chosen_pool, one_folder, recorded_lines, run_lines
 from elocute.cli.takes import (
+    TakeChoices,
     TakeOutputs,
-    TakeSettings,
     check_character_formats,
     check_edits,
     make_outputs,
@@ -65,8 +65,8 @@ def animate_command(
     ),
     table: Path | None = typer.Option(
         None,
-        help="CSV of recordings instead, a take for each: id, audio, and any of text, language, "
-        "style, identity, strength, life, mood, edits.",
+        help="CSV of recordings instead, a take for each: id, audio, and any of text, language and "
+        "the settings of a take (style, mood, look, edits, …).",
     ),
     output: list[Path] = options.Output,
     format: list[str] = typer.Option(
@@ -75,7 +75,7 @@ def animate_command(
         help="Format to write (npz, glb, csv, …) where the output is a folder or - (standard "
         "output). Can be repeated.",
     ),
-    settings: TakeSettings = options_of_takes(),
+    settings: TakeChoices = options_of_takes(),
     channel: int | None = options.Channel,
     track: int | None = options.Track,
     listen: bool = options.Listen,
@@ -186,7 +186,7 @@ def _lines(takes: list[_Take], language: str) -> list[Line | UnusableLine]:
     for take in takes:
         name = (take.below / take.file.stem).as_posix()
         voice = VoiceSettings(language=language)
-        line = Line(name, "", str(take.file), voice, "", "", None, "", "")
+        line = Line(name, "", str(take.file), voice)
         other = lines.setdefault(name.casefold(), line)
         if isinstance(other, Line) and other is not line:
             raise InputError.about(
@@ -196,7 +196,7 @@ def _lines(takes: list[_Take], language: str) -> list[Line | UnusableLine]:
 
 
 def _animate_all(
-    jobs: list[tuple[Path, list[Path]]], settings: TakeSettings, outputs: TakeOutputs, single: bool
+    jobs: list[tuple[Path, list[Path]]], settings: TakeChoices, outputs: TakeOutputs, single: bool
 ) -> int:
     """Animate each recording; how many failed. Raises what a single one raises."""
     failures = 0
@@ -218,7 +218,7 @@ def _animate_all(
 
 
 def _animate_one(
-    file: Path, targets: list[Path], settings: TakeSettings, outputs: TakeOutputs
+    file: Path, targets: list[Path], settings: TakeChoices, outputs: TakeOutputs
 ) -> dict[str, Any]:
     """Animate a recording and write its outputs; a record of both."""
     from elocute.animation import animate

@@ -171,7 +171,7 @@ def _adopt_mesh(
     from elocute.cli.scans import need_scipy
 
     need_scipy()
-    from elocute.adoption.own_mesh import adopt_mesh
+    from elocute.adoption.mesh_without_shapes import adopt_mesh
     from elocute.adoption.shapes_in_file import with_arkit_shapes
     from elocute.files.atomic import write_atomically
     from elocute.head.store import save_head

@@ -22,8 +22,8 @@ from elocute.cli.settings_options import options_of
 from elocute.cli.spoken_takes import TableRun, plan_take, spoken_source
 from elocute.cli.table_runs import chosen_pool, one_folder, run_lines
 from elocute.cli.takes import (
+    TakeChoices,
     TakeOutputs,
-    TakeSettings,
     check_character_formats,
     check_edits,
     make_outputs,
@@ -44,8 +44,8 @@ def say_command(
     table: Path | None = typer.Option(
         None,
         help="CSV of lines, a take for each: id, text or audio (a recording, with its text or "
-        "without), and any of language, voice, rate, pitch, style, identity, strength, life, mood, "
-        "edits.",
+        "without), and any of language, voice, rate, pitch and the settings of a take (style, "
+        "mood, look, edits, …).",
     ),
     output: list[Path] = options.Output,
     format: list[str] = typer.Option(
@@ -55,7 +55,7 @@ def say_command(
         "(standard output). Can be repeated.",
     ),
     voice: VoiceSettings = options_of(VoiceSettings, flags={"words_per_minute": "--rate"}),
-    settings: TakeSettings = options_of_takes(),
+    settings: TakeChoices = options_of_takes(),
     jobs: int = options.Jobs,
     ray: str | None = options.Ray,
     format_settings: FormatSettings = options_of_formats(),

@@ -1,4 +1,4 @@
-"""What looks are made from: baked pictures and cards (see docs/cards/looks.md)."""
+"""Loads the baked pictures and cards that looks are made from (see docs/cards/looks.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a head wears: vertices that are fixed mixtures of its skin's, with offsets.
+"""Cards of hair, lashes and clothes: vertices that are fixed mixtures of the skin's, with offsets.
 
 Every field of the skin carries over to them by the same mixture: the template, each basis, the
 skin weights. So morphs, joints, identities and exports need no special case.

@@ -1,4 +1,4 @@
-"""A head that wears its look: more vertices, more materials, and a Surface for each of them."""
+"""Dresses a head in its look: more vertices, more materials, and a Surface for each of them."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from elocute.errors import HeadError
 from elocute.head.looks import baked
 from elocute.head.looks.cards import Cards, read_cards
 from elocute.head.looks.eyes import EDGE_RAD, IRIS_DEPTH, IRIS_RAD, eye_picture
-from elocute.head.looks.finer import made_finer
 from elocute.head.looks.folds import PLACE, fold_depth, fold_lines
-from elocute.head.looks.giving_way import given_way
+from elocute.head.looks.hair_clearance import given_way
+from elocute.head.looks.hair_fitting import laid_on
 from elocute.head.looks.look import CLOTHES, CLOTHES_COLOURS, HAIR_COLOURS, Look
-from elocute.head.looks.lying import laid_on
 from elocute.head.looks.skin import normal_picture, skin_picture
+from elocute.head.looks.subdivision import made_finer
 from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
 

@@ -1,4 +1,4 @@
-"""The picture of an eye: a baked iris, its pupil as wide as the look has it."""
+"""Makes the picture of an eye: a baked iris, its pupil as wide as the look has it."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from elocute.head.folds import Folds, folds_of_arrays
 from elocute.head.looks import baked
-from elocute.head.looks.finer import finer_face
+from elocute.head.looks.subdivision import finer_face
 from elocute.head.model import HeadModel
 
 PLACE = "skins/folds"

@@ -1,4 +1,4 @@
-"""Who looks how: the named faces, faces by seed, and what a user changes of either."""
+"""Looks of named faces and of faces by seed, and what a user changes of them."""
 
 from __future__ import annotations
 

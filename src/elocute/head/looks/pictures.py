@@ -1,4 +1,4 @@
-"""Encoded pictures of our own to arrays and back."""
+"""Decodes and encodes Elocute's own pictures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The picture of a skin: baked skins blended by tone, age and sex, and what is laid over them."""
+"""Makes the picture of a skin: baked skins blended by tone, age and sex, and details over them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Blinks put into a motion or taken out of it, and how far eyes stand open.
+"""Adds blinks to a motion, removes them, and measures how far eyes stand open.
 
 A blink has to reach across the eye, also while the face changes.
 """

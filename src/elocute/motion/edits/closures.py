@@ -1,4 +1,4 @@
-"""Lips that are sealed: found, kept through other edits, and held shut."""
+"""Finds sealed lips, keeps them through other edits, and holds lips shut."""
 
 from __future__ import annotations
 

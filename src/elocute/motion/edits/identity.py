@@ -1,4 +1,4 @@
-"""Another face, or a face that becomes another while it speaks (VOCA 2019, section 4, Figure 7)."""
+"""Gives a motion another face, or faces that change over time (VOCA 2019, section 4, Figure 7)."""
 
 from __future__ import annotations
 

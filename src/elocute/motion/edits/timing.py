@@ -1,4 +1,4 @@
-"""Time: a mouth before or after its sound, other times, and motions that can be repeated."""
+"""Shifts a mouth against its sound, retimes a motion, and makes it loop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parts of a motion: how much of an edit holds at each frame, and two motions mixed by it."""
+"""How much of an edit holds at each frame, and two motions mixed by it."""
 
 from __future__ import annotations
 

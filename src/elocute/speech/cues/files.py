@@ -1,4 +1,4 @@
-"""Mouth cues and captions as files: Rhubarb's .tsv, .xml and .json, Moho's .dat, .srt and .vtt."""
+"""Writes mouth cues and captions: Rhubarb's .tsv, .xml and .json, Moho's .dat, .srt and .vtt."""
 
 from __future__ import annotations
 

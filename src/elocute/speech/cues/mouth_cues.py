@@ -1,4 +1,4 @@
-"""Mouth cues for drawn characters: which of nine pictures of a mouth is shown when.
+"""Makes mouth cues for drawn characters: which of nine mouth pictures is shown when.
 
 The pictures are those of Rhubarb Lip Sync and of Preston Blair's chart, so that software that
 reads either shows ours:

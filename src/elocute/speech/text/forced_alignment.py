@@ -7,7 +7,6 @@ the text is what was said comes from the phone encoder, which does not know the 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +14,11 @@ from numpy.typing import NDArray
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.phones_and_visemes import PHONES
 from elocute.errors import AlignmentError, needs_extra
+from elocute.speech.spoken_text import SpokenWord
 from elocute.speech.text.text_words import words_of_text
 from elocute.speech.text.word_times import TimedWord, TimedWords
+from elocute.speech.times.labels import Label
 
-PhoneIntervals = list[tuple[float, float, str]]
 FRAME_S = 0.01  # of pocketsphinx's times
 PAD_S = 0.15  # of faint noise around clips that begin and end in the middle of a breath
 PAD_LEVEL = 1e-5
@@ -27,16 +27,6 @@ SILENT_PEAK = 1e-4  # full scale is 1: 80 dB below it nothing is said
 TEXT_MAX = 100_000
 SPELLED = re.compile(r"[a-z'’]+")
 CONFIDENCE_MIN = 0.15  # mean of all words, below which the text is not what was said
-
-
-@dataclass(frozen=True)
-class SpokenWord:
-    """A word as it was aligned; times in s of the given samples."""
-
-    text: str
-    start_s: float
-    end_s: float
-    phones: tuple[tuple[float, float, str], ...]
 
 
 def words_in(text: str) -> list[str]:
@@ -77,7 +67,7 @@ class EnglishAligner:
         """Whether the text has words, all of them in the dictionary."""
         return bool(words_in(text)) and not self.unknown(text)
 
-    def align(self, samples: NDArray[np.float32], text: str) -> PhoneIntervals | None:
+    def align(self, samples: NDArray[np.float32], text: str) -> list[Label] | None:
         """Phones with times, rests among them; None where the text does not fit the sound."""
         spoken = self.spoken(samples, text)
         return None if spoken is None else [phone for word in spoken for phone in word.phones]
@@ -118,7 +108,7 @@ def _spoken_word(word: object) -> SpokenWord:
         for phone in word  # pyright: ignore[reportGeneralTypeIssues]
     )
     name = re.sub(r"\(\d+\)$", "", word.name)  # pyright: ignore[reportAttributeAccessIssue]
-    return SpokenWord(name, phones[0][0], phones[-1][1], phones)
+    return SpokenWord(name, phones)
 
 
 def segment_words(

@@ -1,4 +1,4 @@
-"""Phones with their times as the encoder hears them, where nobody says what is spoken."""
+"""Reads phones with their times off the encoder's posteriors, where no text is known."""
 
 from __future__ import annotations
 

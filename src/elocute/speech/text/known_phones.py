@@ -1,4 +1,4 @@
-"""Posteriors of phones whose times are known, for a face: alone, or over what the encoder heard."""
+"""Makes posteriors of phones whose times are known: alone, or blended with what was heard."""
 
 from __future__ import annotations
 

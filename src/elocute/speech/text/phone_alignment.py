@@ -1,4 +1,4 @@
-"""Phones of a known text in a recording, in any language that the phone encoder's phones can spell.
+"""Aligns the phones of a known text with a recording, in any language with the encoder's phones.
 
 The lattice is the words in order, a rest allowed before, between and after them. Its emissions are
 the encoder's posteriors; a boundary is where the odds of being past it turn, so it falls between
@@ -17,8 +17,8 @@ from elocute.array_types import Float32Array, Float64Array
 from elocute.encoders.phones_and_visemes import PHONE_TO_VISEME, PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import AlignmentError
+from elocute.speech.spoken_text import SpokenWord
 
-Phone = tuple[float, float, str]
 VISEME_SHARE = 0.5
 """Of an emission, how much is the posterior of the viseme: voices differ in which of its phones."""
 WORST = -8.0
@@ -57,34 +57,6 @@ class PronouncedWord:
 
 
 @dataclass(frozen=True)
-class AlignedWord:
-    """A word as it was found.
-
-    Parameters
-    ----------
-    text : str
-        The word.
-    phones : tuple of (float, float, str)
-        Start in s, end in s and phone.
-    confidence : float
-        0 to 1: geometric mean, over the word, of the encoder's posterior of the viseme; 0 of a
-        guess.
-    """
-
-    text: str
-    phones: tuple[Phone, ...]
-    confidence: float
-
-    @property
-    def start_s(self) -> float:
-        return self.phones[0][0]
-
-    @property
-    def end_s(self) -> float:
-        return self.phones[-1][1]
-
-
-@dataclass(frozen=True)
 class _Lattice:
     """States in order: the phone of each, whether it rests, and when its word lasts, s."""
 
@@ -106,9 +78,7 @@ class _Lattice:
         return found
 
 
-def align_phones(
-    log_posteriors: Float32Array, words: Sequence[PronouncedWord]
-) -> list[AlignedWord]:
+def align_phones(log_posteriors: Float32Array, words: Sequence[PronouncedWord]) -> list[SpokenWord]:
     """Find the phones of words that are spoken in order.
 
     Parameters
@@ -120,7 +90,7 @@ def align_phones(
 
     Returns
     -------
-    list of AlignedWord
+    list of SpokenWord
         One for each word.
 
     Raises
@@ -330,7 +300,7 @@ def _aligned(
     lattice: _Lattice,
     starts_s: Float64Array,
     visemes: Float64Array,
-) -> list[AlignedWord]:
+) -> list[SpokenWord]:
     padded = np.pad(visemes, ((1, 1), (0, 0)), "edge")
     heard = np.log(np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:]).clip(1e-4, 1))
     found, state = [], 1
@@ -345,5 +315,5 @@ def _aligned(
             state += 1
         state += 1  # the rest behind the word
         sure = float(np.exp(np.concatenate(logs).mean()))
-        found.append(AlignedWord(word.text, tuple(phones), min(sure, 1.0) if word.sure else 0.0))
+        found.append(SpokenWord(word.text, tuple(phones), min(sure, 1.0) if word.sure else 0.0))
     return found

@@ -1,4 +1,4 @@
-"""How the words of a text are spoken: as espeak-ng says them, else by a dictionary of English."""
+"""Pronounces the words of a text: by espeak-ng, otherwise by a dictionary of English."""
 
 from __future__ import annotations
 

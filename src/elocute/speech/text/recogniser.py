@@ -1,4 +1,4 @@
-"""The words of a recording, recognised by Whisper on this machine (faster-whisper).
+"""Recognises the words of a recording with Whisper on this machine (faster-whisper).
 
 Nothing is fetched: a model is a folder, or lies in the cache where its owner put it. What is
 recognised is a text with rough times, and goes the way of a known text: the times that count are

@@ -1,4 +1,4 @@
-"""What is said of a text as people have it: scripts, SSML and subtitles hold more than that."""
+"""Extracts what is said from scripts, SSML and subtitles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The words of a text by Unicode's rules (UAX #29), and which of the spoken phones are theirs."""
+"""Splits a text into words by Unicode's rules (UAX #29), each with its spoken phones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a text, or the times of its words, says about the phones of a recording."""
+"""Turns a text, or words with times, into phones of a recording with times."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ import numpy as np
 from elocute.array_types import Float32Array
 from elocute.encoders.phones_and_visemes import SILENCE
 from elocute.errors import AlignmentError
+from elocute.speech.spoken_text import SpokenWord
 from elocute.speech.text.heard_phones import heard_phones
 from elocute.speech.text.known_phones import blended_posteriors
-from elocute.speech.text.phone_alignment import AlignedWord, Phone, PronouncedWord, align_phones
+from elocute.speech.text.phone_alignment import PronouncedWord, align_phones
 from elocute.speech.text.pronunciation import pronounce, pronounce_each
 from elocute.speech.times.captions import is_captions, said_text, words_of_captions
+from elocute.speech.times.labels import Label
 
 LONGEST_S = 1800.0
 REFUSED, UNSURE = 0.25, 0.4
@@ -87,7 +89,7 @@ class Transcript:
             raise AlignmentError.about("words", found="none that is spoken", allowed="words")
         return cls(tuple(found))
 
-    def align(self, heard: Float32Array) -> list[AlignedWord]:
+    def align(self, heard: Float32Array) -> list[SpokenWord]:
         """The words as they are found in a recording.
 
         Parameters
@@ -97,7 +99,7 @@ class Transcript:
 
         Returns
         -------
-        list of AlignedWord
+        list of SpokenWord
 
         Raises
         ------
@@ -135,9 +137,9 @@ class Transcript:
             )
         return words
 
-    def _align_parts(self, heard: Float32Array) -> list[AlignedWord]:
+    def _align_parts(self, heard: Float32Array) -> list[SpokenWord]:
         """The words of each part of the sound; none of a part too short for its words."""
-        found: list[AlignedWord] = []
+        found: list[SpokenWord] = []
         for begin, end in pairwise([0.0, *self.seams_s, np.inf]):
             rows = heard[round(begin * 50) : None if end == np.inf else round(end * 50)]
             words = [
@@ -150,7 +152,7 @@ class Transcript:
         return found
 
 
-def _later(word: AlignedWord, by_s: float) -> AlignedWord:
+def _later(word: SpokenWord, by_s: float) -> SpokenWord:
     return replace(word, phones=tuple((a + by_s, b + by_s, phone) for a, b, phone in word.phones))
 
 
@@ -160,7 +162,7 @@ class TranscribedPhones:
 
     Parameters
     ----------
-    words : tuple of AlignedWord
+    words : tuple of SpokenWord
         The words.
     phones : tuple of (float, float, str)
         Start in s, end in s and phone: those of the words; where what was recognised is unsure,
@@ -171,8 +173,8 @@ class TranscribedPhones:
         What to know about them.
     """
 
-    words: tuple[AlignedWord, ...]
-    phones: tuple[Phone, ...]
+    words: tuple[SpokenWord, ...]
+    phones: tuple[Label, ...]
     posteriors: Float32Array
     notes: tuple[str, ...]
 
@@ -211,7 +213,7 @@ def transcribe(transcript: Transcript, heard: Float32Array, duration_s: float) -
     return TranscribedPhones(tuple(words), tuple(phones), posteriors, tuple(notes))
 
 
-def _missed(words: list[AlignedWord], heard: Float32Array) -> list[tuple[float, float]]:
+def _missed(words: list[SpokenWord], heard: Float32Array) -> list[tuple[float, float]]:
     """Stretches between words in which the encoder hears speech all the same."""
     spoken = np.concatenate([[0], np.cumsum(np.exp(heard[:, SILENCE]) < 0.5)]) / 50
     edges = [0.0, *(edge for word in words for edge in (word.start_s, word.end_s)), len(heard) / 50]
@@ -223,7 +225,7 @@ def _missed(words: list[AlignedWord], heard: Float32Array) -> list[tuple[float, 
     ]
 
 
-def _within(phones: list[Phone], stretches: list[tuple[float, float]]) -> list[Phone]:
+def _within(phones: list[Label], stretches: list[tuple[float, float]]) -> list[Label]:
     """Those phones in order, cut where a stretch ends, of which most lies in it."""
     middles = [(start + end) / 2 for start, end, _ in phones]
     return [
@@ -233,7 +235,7 @@ def _within(phones: list[Phone], stretches: list[tuple[float, float]]) -> list[P
     ]
 
 
-def _notes(words: list[AlignedWord], doubtful: list[AlignedWord], recognised: bool) -> list[str]:
+def _notes(words: list[SpokenWord], doubtful: list[SpokenWord], recognised: bool) -> list[str]:
     """What to know about words that were aligned: how well they fit, which were not found."""
     notes = []
     sure = 1.0 if recognised else _mean_confidence(words)
@@ -249,5 +251,5 @@ def _notes(words: list[AlignedWord], doubtful: list[AlignedWord], recognised: bo
     return notes
 
 
-def _mean_confidence(words: list[AlignedWord]) -> float:
+def _mean_confidence(words: list[SpokenWord]) -> float:
     return float(np.mean([word.confidence for word in words]))

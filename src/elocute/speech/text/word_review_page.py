@@ -1,4 +1,4 @@
-"""A page to review words on: waveform, spectrogram, boundaries and sound in one HTML file."""
+"""Writes a page for reviewing words: waveform, spectrogram, boundaries and sound in one file."""
 
 from __future__ import annotations
 

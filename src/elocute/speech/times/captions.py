@@ -1,4 +1,4 @@
-"""Subtitles as texts with times: SubRip (.srt), WebVTT (.vtt), YouTube's .sbv, .ass and .lrc."""
+"""Reads subtitles: SubRip (.srt), WebVTT (.vtt), YouTube's .sbv, .ass and .lrc."""
 
 from __future__ import annotations
 

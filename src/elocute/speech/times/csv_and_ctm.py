@@ -1,4 +1,4 @@
-"""Times of phones and words in tables: CSV and CTM."""
+"""Reads times of phones and words from CSV and CTM tables."""
 
 from __future__ import annotations
 

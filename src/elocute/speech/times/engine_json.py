@@ -1,4 +1,4 @@
-"""Times of phones, visemes and words as speech engines and aligners give them, in JSON.
+"""Reads times of phones, visemes and words from the JSON of speech engines and aligners.
 
 One value, or one on each line. Keys are compared without case and underscores, since every language
 of an SDK spells them in its own way.

@@ -1,4 +1,4 @@
-"""Times of phones and of pictures of mouths in lines of plain text, and in Rhubarb's XML.
+"""Reads times of phones and mouth pictures from lines of text, and from Rhubarb's XML.
 
 MBROLA (.pho), labels of Audacity, HTK and TIMIT, lines of two times and a text, Rhubarb's .tsv,
 Moho's .dat, Papagayo's .pgo.

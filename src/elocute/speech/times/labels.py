@@ -1,4 +1,4 @@
-"""Labels with times, as files of speech times hold them."""
+"""Timed labels: start, end and text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Times of phones or words from a file, whatever program wrote it.
+"""Reads times of phones or words from a file of any program.
 
 Known are TextGrid (Praat, MFA, WebMAUS, SPPAS), tables and lines (CTM, CSV, MBROLA, labels, mouth
 cues), captions (.srt, .vtt, .ass, .lrc), and JSON of speech engines, recognisers and aligners.

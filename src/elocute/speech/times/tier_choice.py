@@ -1,4 +1,4 @@
-"""Which of several tiers of labels is read: by name, by number, or by whose speech it is."""
+"""Chooses the tier of labels to read: by name, by number, or by speaker."""
 
 from __future__ import annotations
 

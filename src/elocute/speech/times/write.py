@@ -1,4 +1,4 @@
-"""Phones and words with their times, as files that aligners and Praat read.
+"""Writes phones and words with their times as files that aligners and Praat read.
 
 TextGrid, CTM, CSV and JSON; `speech_times` reads all of them back.
 """

@@ -11,7 +11,6 @@ import re
 import subprocess
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +20,12 @@ from elocute.array_types import Float32Array
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError, MachineError, printable
 from elocute.speech.phone_symbols import PROLONGS, REST, ipa_phones
+from elocute.speech.spoken_text import SpokenText, SpokenWord
 from elocute.speech.text.text_words import share_phones, words_of_text
+from elocute.speech.times.labels import Label
 from elocute.speech.voices import espeak_library
 from elocute.speech.voices.settings import TEXT_MAX, VoiceSettings, language_names
 
-Phone = tuple[float, float, str]
 LETTERS_PER_S = 200.0
 """Slower than any machine speaks; ten seconds more are given."""
 PITCH_RANGE = 50
@@ -48,41 +48,6 @@ LANGUAGE_MARK = re.compile(r"\(([a-z0-9-]+)\)")
 """An event of this name says in which language the text goes on."""
 LEAD_S, TAIL_S = 0.25, 0.35
 """Silence around the words, so that the mouth opens before them and comes to rest after them."""
-
-
-@dataclass(frozen=True)
-class SpokenWord:
-    """A word of a text as it was spoken.
-
-    Parameters
-    ----------
-    text : str
-        As the text writes it.
-    phones : tuple of (float, float, str)
-        Start in s, end in s and ARPAbet phone.
-    """
-
-    text: str
-    phones: tuple[Phone, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class SpokenText:
-    """A text as it was spoken.
-
-    Parameters
-    ----------
-    sound : Waveform
-        The speech, with silence around it.
-    phones : tuple of (float, float, str)
-        Start in s, end in s and ARPAbet phone; pauses are SIL.
-    words : tuple of SpokenWord
-        The words, each with its phones.
-    """
-
-    sound: Waveform
-    phones: tuple[Phone, ...]
-    words: tuple[SpokenWord, ...]
 
 
 def check_text(text: str) -> str:
@@ -126,26 +91,7 @@ def check_text(text: str) -> str:
 
 
 def speak(text: str, settings: VoiceSettings | None = None) -> SpokenText:
-    """Speak a text.
-
-    Parameters
-    ----------
-    text : str
-        What is said, in the language of the voice.
-    settings : VoiceSettings, optional
-        The voice.
-
-    Returns
-    -------
-    SpokenText
-
-    Raises
-    ------
-    InputError
-        For a text that cannot be spoken, a language or a voice that espeak-ng does not have.
-    MachineError
-        Where espeak-ng is missing or fails.
-    """
+    """Speak a text with espeak-ng, as `registry.speak` does."""
     settings, text = settings or VoiceSettings(), check_text(text)
     alone = {word.text for word in words_of_text(text)}
     header, samples, rate = _said(text, settings, sorted(alone))
@@ -274,9 +220,9 @@ def _asked(request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
 
 def _phones(
     events: list[list[Any]], total: int, rate: int, language: str
-) -> tuple[list[Phone], list[int]]:
+) -> tuple[list[Label], list[int]]:
     """Phones with times in s of the samples, and the number of the event of each."""
-    found: list[Phone] = []
+    found: list[Label] = []
     sources: list[int] = []
     ends = [start for start, _ in events[1:]] + [total]
     for number, ((start, name), end) in enumerate(zip(events, ends, strict=True)):
@@ -300,7 +246,7 @@ def _phones(
     return found, sources
 
 
-def _closed(phones: list[Phone], samples: Float32Array, rate: int) -> list[Phone]:
+def _closed(phones: list[Label], samples: Float32Array, rate: int) -> list[Label]:
     """The same phones, stops with the silence in which the mouth is closed before they burst."""
     loud = np.flatnonzero(np.abs(samples) > SILENT)
     moved = list(phones)
@@ -326,7 +272,7 @@ def _places(events: list[list[int]], sources: list[int]) -> list[int]:
 
 
 def _words(
-    text: str, phones: list[Phone], places: list[int], alone: dict[str, str]
+    text: str, phones: list[Label], places: list[int], alone: dict[str, str]
 ) -> list[SpokenWord]:
     """All words of the text, with their phones; pauses are part of none."""
     spoken = [(phone, at) for phone, at in zip(phones, places, strict=True) if phone[2] != REST]
@@ -349,5 +295,5 @@ def _spelled(ipa: str, language: str = "") -> list[str]:
     return [name for name in found if name not in (PROLONGS, REST)]
 
 
-def _later(times: Sequence[Phone]) -> tuple[Phone, ...]:
+def _later(times: Sequence[Label]) -> tuple[Label, ...]:
     return tuple((start + LEAD_S, end + LEAD_S, name) for start, end, name in times)

@@ -1,4 +1,4 @@
-"""The voice that a text is spoken with."""
+"""Settings of the voice that speaks a text."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from elocute.errors import InputError
 from elocute.settings import check_settings, described, setting
 
+ENGINES = ("espeak",)
+"""Speech synthesisers: modules beside this one, each with a function `speak` (a `Voice`)."""
 TEXT_MAX = 20_000
 """Letters of one text: twenty minutes or more."""
 LANGUAGE = re.compile(r"[A-Za-z]{2,8}([-_][A-Za-z0-9]{1,8}){0,4}([.@][A-Za-z0-9-]{1,16})?")
@@ -74,6 +76,7 @@ class VoiceSettings:
     voice: str = setting("", help="Voice of espeak-ng: f2, m3, Annie; its own for each language.")
     words_per_minute: int = setting(165, low=80, high=450, help="How fast the text is spoken.")
     pitch: int = setting(50, low=0, high=99, help="Pitch of the voice.")
+    engine: str = setting("espeak", choices=ENGINES, help="Speech synthesiser.")
 
     def __post_init__(self) -> None:
         check_settings(self)

@@ -14,7 +14,7 @@ from PIL import Image
 from scipy.spatial import KDTree
 
 import elocute
-from elocute.adoption.own_mesh import joined, open_mesh_head
+from elocute.adoption.mesh_without_shapes import joined, open_mesh_head
 from elocute.adoption.registry import open_speaking_head
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform

@@ -1,6 +1,6 @@
-"""Styles and moods over time: a take in each manner that occurs in it, mixed frame by frame.
+"""Styles and moods over time: a take in each that occurs, mixed frame by frame.
 
-Frames of a mix lie between frames of the same sound, so contacts that all its manners
+Frames of a mix lie between frames of the same sound, so contacts that all of them
 make are made.
 """
 
@@ -23,12 +23,12 @@ from elocute.motion.edits.edit_items import MoodItem, Span, StyleItem
 from elocute.motion.edits.edit_list import EditList
 from elocute.numerics.quaternions import no_turn
 
-MANNERS_MAX = 64
+PAIRS_MAX = 64
 """Of styles times moods in one take; each is computed for the whole of it."""
 
 
 @dataclass(frozen=True, eq=False)
-class Manner:
+class StyleAndMood:
     """A style, as the model has resolved it, and a mood."""
 
     style: Any
@@ -45,7 +45,7 @@ class _Layer:
     span: Span
 
 
-class Manners:
+class StylesOverTime:
     """The styles and moods of a take, checked before anything is computed.
 
     Parameters
@@ -70,7 +70,7 @@ class Manners:
     def __init__(
         self, model: SpeechModel, style: Any, mood: Mood, outputs: bool, edits: EditList | None
     ) -> None:
-        self._base, self._source = Manner(style, mood), edits.source if edits else ""
+        self._base, self._source = StyleAndMood(style, mood), edits.source if edits else ""
         self._styles: list[_Layer] = []
         self._moods: list[_Layer] = []
         for place, item in enumerate(edits.items if edits else ()):
@@ -84,16 +84,16 @@ class Manners:
             except InputError as error:
                 raise MotionError(f"{self._source}: edits[{place}]: {error}") from None
         names = [len({layer.name for layer in part}) + 1 for part in (self._styles, self._moods)]
-        if names[0] * names[1] > MANNERS_MAX:
+        if names[0] * names[1] > PAIRS_MAX:
             raise MotionError.about(
                 self._source,
                 found=f"{names[0]} styles and {names[1]} moods in one take",
-                allowed=f"up to {MANNERS_MAX} pairs of them",
+                allowed=f"up to {PAIRS_MAX} pairs of them",
                 remedy="cut the take",
             )
 
-    def shares(self, count: int, fps: float) -> list[tuple[Manner, NDArray[np.float64]]]:
-        """How much of each manner is in each frame.
+    def shares(self, count: int, fps: float) -> list[tuple[StyleAndMood, NDArray[np.float64]]]:
+        """How much of each style and mood is in each frame.
 
         Parameters
         ----------
@@ -104,7 +104,7 @@ class Manners:
 
         Returns
         -------
-        list of (Manner, (frame,))
+        list of (StyleAndMood, (frame,))
             Shares that sum to one; none that is zero throughout.
 
         Raises
@@ -116,11 +116,11 @@ class Manners:
         styles = self._layered(self._styles, self._base.style, times_s, count / fps)
         moods = self._layered(self._moods, self._base.mood, times_s, count / fps)
         pairs = [
-            (Manner(style, mood), of_style * of_mood)
+            (StyleAndMood(style, mood), of_style * of_mood)
             for style, of_style in styles
             for mood, of_mood in moods
         ]
-        return [(manner, share) for manner, share in pairs if share.any()]
+        return [(each, share) for each, share in pairs if share.any()]
 
     def _layered(
         self, layers: Sequence[_Layer], base: Any, times_s: NDArray[np.float64], duration_s: float
@@ -147,25 +147,25 @@ def _named(style: str) -> str:
     return style
 
 
-def mixed_manners(
-    shares: Sequence[tuple[Manner, NDArray[np.float64]]],
-    made: Callable[[Manner], tuple[Curves, NDArray[np.float32] | None]],
+def mixed_takes(
+    shares: Sequence[tuple[StyleAndMood, NDArray[np.float64]]],
+    made: Callable[[StyleAndMood], tuple[Curves, NDArray[np.float32] | None]],
 ) -> tuple[Curves, NDArray[np.float32] | None]:
-    """A take in all its manners.
+    """One take of those in each style and mood.
 
     Parameters
     ----------
-    shares : list of (Manner, (frame,))
-        From `Manners.shares`.
+    shares : list of (StyleAndMood, (frame,))
+        From `StylesOverTime.shares`.
     made : callable
-        The curves of a manner and its rotations (frame, joint, 4), or None.
+        The curves in a style and mood, and rotations (frame, joint, 4), or None.
 
     Returns
     -------
     Curves, (frame, joint, 4) or None
-        Those of the one manner as they are, or the means of several.
+        Those of a single one as they are, or the means of several.
     """
-    takes = [(*made(manner), share) for manner, share in shares]
+    takes = [(*made(each), share) for each, share in shares]
     if len(takes) == 1:
         return takes[0][:2]
     names = tuple(dict.fromkeys(name for curves, _, _ in takes for name in curves.names))

@@ -8,7 +8,7 @@ import pytest
 from elocute.animation import identity_head
 from elocute.head import HeadModel, load_builtin_head
 from elocute.head.looks import Look, dress
-from elocute.head.looks.finer import finer_face, made_finer
+from elocute.head.looks.subdivision import finer_face, made_finer
 from elocute.head.normals import vertex_normals
 
 

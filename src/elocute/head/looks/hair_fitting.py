@@ -1,4 +1,4 @@
-"""Long hair on whatever is worn: shoulders differ more from person to person than skulls do."""
+"""Fits long hair to shoulders and clothes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What models have in common that move the built-in head in the styles of the rules."""
+"""Base of models that take the rule-based styles."""
 
 from __future__ import annotations
 

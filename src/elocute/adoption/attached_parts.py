@@ -1,4 +1,4 @@
-"""What is no skin moves along: teeth and tongue with the jaw, lashes and brows with the skin."""
+"""Moves teeth, tongue, lashes and brows with the skin."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ INSIDE_M = 0.012
 PART_MIN = 4
 
 
-def with_followers(adoption: Adoption) -> HeadModel:
+def with_attached_parts(adoption: Adoption) -> HeadModel:
     """The adopted head, whose other parts move as the skin or the source's mouth beside them.
 
     Parameters

@@ -1,4 +1,4 @@
-"""A finer mesh where pictures would show corners: the face, lips, teeth and tongue, eyes.
+"""Subdivides the mesh where pictures would show corners: face, lips, teeth, tongue and eyes.
 
 Chosen faces of the built-in head are cut in four. The old vertices stay where they are, so what
 holds for them (sealed lips, closed lids) goes on to hold; new ones lie on the cubic through their

@@ -1,4 +1,4 @@
-"""Hair beside the face gives way to cheeks that come out."""
+"""Moves hair aside where the cheeks beside it come out."""
 
 from __future__ import annotations
 

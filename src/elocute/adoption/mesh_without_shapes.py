@@ -1,7 +1,7 @@
-"""A mesh without shapes speaks on its own vertices: parts joined, landmarks found, shapes carried.
+"""Lets a mesh without shapes speak on its own vertices.
 
 parts of a file → joined (seams closed, lips left apart) → a head with its materials
-  → 68 landmarks on its vertices → carrying.adopt → followers: teeth, tongue, lashes, brows
+  → 68 landmarks on its vertices → carrying.adopt → attached_parts: teeth, tongue, lashes, brows
   → a head, or the same file with the shapes in it (shapes_in_file)
 """
 
@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.adoption.attached_parts import with_attached_parts
 from elocute.adoption.carrying import Adoption, adopt
-from elocute.adoption.followers import with_followers
 from elocute.adoption.mesh_paths import EdgeGraph
 from elocute.adoption.registration import FIT_MM
 from elocute.array_types import Float64Array
@@ -128,7 +128,7 @@ def adopt_mesh(
     marked = nearest_vertices(head, marks.points, str(path))
     upright, turn = _upright(replace(head, landmarks=marked), path)
     adoption = adopt(load_builtin_head(), upright)
-    adoption = replace(adoption, head=with_followers(adoption))
+    adoption = replace(adoption, head=with_attached_parts(adoption))
     ends = np.cumsum([len(part.vertices) for part in parts])[:-1]
     return MeshAdoption(
         adoption,

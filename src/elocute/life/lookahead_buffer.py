@@ -1,4 +1,4 @@
-"""Rows of motion ahead of now, into which events draw: pulses that pass, and steps that stay."""
+"""A look-ahead buffer that events write pulses and steps into."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from elocute.array_types import Float32Array, Float64Array
 AHEAD_ROWS = 600  # an event reaches no further beyond the row that it was found in
 
 
-class Canvas:
+class LookaheadBuffer:
     """Rows (row, channel) that are drawn into and then taken from the front.
 
     Parameters
