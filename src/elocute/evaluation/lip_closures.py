@@ -37,9 +37,17 @@ class ClosureCounts:
 
 
 def lip_opening(motion: VertexMotion) -> Float64Array:
-    """(frame,) mm, 0 or more: mean gap between the inner lips over the middle third of the mouth.
+    """Mean gap between the inner lips over the middle third of the mouth, as in `measure_mouth`.
 
-    As in `measure_mouth`, of a motion in the built-in topology; raises CorpusError for another.
+    Returns
+    -------
+    (frame,) float64
+        Millimetres, 0 or more.
+
+    Raises
+    ------
+    CorpusError
+        For a motion in another topology than the built-in head's.
     """
     head = load_builtin_head()
     if motion.vertex_count != head.vertex_count:

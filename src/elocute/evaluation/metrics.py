@@ -76,7 +76,7 @@ def clip_metrics(
     mouth: bool = False,
     closed_mm: float = CLOSED_MM,
 ) -> ClipMetrics:
-    """Compute all metrics of one clip; `check_alike` says what raises CorpusError.
+    """Compute all metrics of one clip. Raises CorpusError as `check_alike` does.
 
     lips: vertices of the lip error and the jerk; upper_face: of the dynamics deviation; NaN
     without. mouth: whether closures (below `closed_mm`) are counted; in the built-in topology only.

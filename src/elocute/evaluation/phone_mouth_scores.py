@@ -245,10 +245,17 @@ def _add(tally: _Tally, take: SpokenTake) -> None:
 
 
 def labiodental_gap(motion: Motion) -> Float64Array:
-    """(frame,) mm from the middle of the lower lip to the edge of the upper incisors, seen
-    sideways.
+    """How far the middle of the lower lip is from the edge of the upper incisors.
 
-    Raises HeadError for a head that does not say where its lips and teeth are.
+    Returns
+    -------
+    (frame,) float64
+        Millimetres, in the plane that divides left from right.
+
+    Raises
+    ------
+    HeadError
+        For a head that does not say where its lips and teeth are.
     """
     head = motion.head
     edge = _incisor_edge(head)

@@ -209,12 +209,17 @@ def true_path(
     frames: tuple[int, int],
     whole: bool = True,
 ) -> WarpingPath:
-    """(step, 2) frames: the path whose curve is piecewise linear between corresponding times.
+    """The path whose curve is piecewise linear between corresponding times.
 
     source, target: (boundary,) times in s that never decrease and mean the same in both recordings.
     rate: frames per second of both views, `frames` long. whole: whether the ends of both views
     correspond too. Raises AlignmentError for fewer than two boundaries, other numbers of them, or
     times that decrease.
+
+    Returns
+    -------
+    (step, 2) int
+        Frames of source and target.
     """
     if len(source) != len(target) or len(source) < 2 or rate <= 0:
         raise AlignmentError.about(

@@ -224,10 +224,12 @@ class TrackedMouthReport:
 
 
 def heard_speech(sound: Path) -> NDArray[np.bool_]:
-    """(row,) at FEATURE_RATE: whether somebody speaks in a sound file, as the phone encoder hears
-    it.
+    """Where somebody speaks in a sound file, as the phone encoder hears it. Raises AudioError.
 
-    Pauses shorter than `REST_AFTER_S` belong to the speech around them. Raises AudioError.
+    Returns
+    -------
+    (row,) bool
+        At FEATURE_RATE. Pauses shorter than `REST_AFTER_S` belong to the speech around them.
     """
     samples = read_audio(sound, sample_rate=SPEECH_RATE).samples
     speaking = np.exp(builtin_encoder().encode(samples)[:, SILENCE]) < 0.5

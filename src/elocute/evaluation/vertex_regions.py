@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -260,14 +261,6 @@ def _from_text(path: Path) -> NDArray[Any]:
     return np.array([int(word) for word in words], np.int64)
 
 
-def _from_npy(path: Path) -> NDArray[Any]:
-    return read_npy(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
-
-
-def _from_npz(path: Path) -> dict[str, NDArray[Any]]:
-    return read_npz(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
-
-
 def _from_pickle(path: Path) -> Any:
     try:
         return read_pickle(path, max_bytes=FILE_MAX_BYTES)
@@ -278,7 +271,7 @@ def _from_pickle(path: Path) -> Any:
 _READERS: dict[str, Callable[[Path], Any]] = {
     ".json": _from_json,
     ".txt": _from_text,
-    ".npy": _from_npy,
-    ".npz": _from_npz,
+    ".npy": partial(read_npy, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError),
+    ".npz": partial(read_npz, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError),
     ".pkl": _from_pickle,
 }

@@ -52,7 +52,10 @@ class _Pose:
 
 
 def head_candidates(template: Template, samples: ScanSamples, count: int) -> list[HeadPose]:
-    """At most so many poses in which the face may lie, the likeliest first, none twice."""
+    """Poses in which the face may lie in a scan, the likeliest first.
+
+    There are at most `count` of them, none close to another.
+    """
     face, scan = _Face(template), _Target(samples.subset(SAMPLES))
     drafts = sorted(_drafts(face, scan), key=lambda pose: pose.cost)[:DRAFTS]
     drafts = [_settled(face, scan, pose, DRAFT_STEPS) for pose in drafts]
