@@ -1,4 +1,4 @@
-"""A head that speaks, from one scan of a person at rest: its shape, its colours, lips that seal.
+"""Makes a head that speaks of one scan of a person at rest: shape, colours, lips that seal.
 
 The built-in head is registered to the scan; what moves it stays the built-in head's shapes. Lips
 are joined as the built-in head's are, and the colours of the scan are baked into the picture of

@@ -1,4 +1,4 @@
-"""Folders of scan sequences to a corpus: resumable, in parallel, one bad frame never fatal.
+"""Turns folders of scan sequences into a corpus: resumable, in parallel, one bad frame never fatal.
 
 OUTPUT/subjects/NAME.npz               a person's neutral face and joints
 OUTPUT/sequences/SUBJECT.SENTENCE/     frames/000000.npz …, frames.json, motion.npy

@@ -1,4 +1,4 @@
-"""A sequence registered frame by frame: bad frames are flagged and interpolated, never fatal.
+"""Registers a sequence frame by frame: bad frames are flagged and interpolated, never fatal.
 
 Each frame is a file, so that a sequence of thousands can be resumed.
 """

@@ -114,9 +114,11 @@ class Scanner:
         help="Standard deviation of bumps that no model explains, on face and mouth.",
     )
     turn_deg: float = setting(
-        8.0, unit="degrees", low=0.0, high=100.0, help="How far the head turns."
+        8.0, unit="degrees", low=0.0, high=100.0, help="Amplitude of the head's turns."
     )
-    shift_mm: float = setting(15.0, unit="mm", low=0.0, high=100.0, help="How far the head moves.")
+    shift_mm: float = setting(
+        15.0, unit="mm", low=0.0, high=100.0, help="Amplitude of the head's movement."
+    )
     holes: float = setting(
         0.6, low=0.0, high=1.0, help="Share of hair and of the inside of the mouth that is missing."
     )

@@ -118,7 +118,7 @@ def score_predictions(
     upper_face : VertexRegion
         Vertices of FDD.
     every : int
-        Every how manyth frame of the truth is compared.
+        Every Nth frame of the truth is compared.
     progress : callable, optional
         Called with the share that is done, 0 to 1.
 

@@ -312,7 +312,7 @@ def find_predictions(
 
 
 def frames_apart(truth: Truth, predictions: Sequence[Prediction]) -> int:
-    """Every how manyth frame of the truth the predictions have: 1, or 2 for half the rate.
+    """The N of every Nth frame of the truth that predictions have: 1, or 2 for half the rate.
 
     FaceFormer and what followed it keep every second frame of VOCASET, 30 a second.
 

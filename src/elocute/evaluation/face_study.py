@@ -1,4 +1,4 @@
-"""The same speech on many faces: whether each face's own lips close, and stay out of its teeth."""
+"""Scores the same speech on many faces: do the lips close, and stay out of the teeth?"""
 
 from __future__ import annotations
 

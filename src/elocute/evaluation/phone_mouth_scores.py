@@ -1,4 +1,4 @@
-"""A mouth against phones whose times are known, in any language.
+"""Scores of a mouth against phones whose times are known, in any language.
 
 Lips must be sealed on p, b and m, the lower lip at the upper teeth on f and v, rounded vowels
 narrower and further forward than spread ones, and the mouth at rest in silence. Phones are IPA

@@ -1,4 +1,4 @@
-"""A predicted mouth against real talkers', tracked in video.
+"""Scores of a predicted mouth against those of real talkers, tracked in video.
 
 `tracked_mouths` reads the recordings. The predictor is a plain callable, so any model can be
 measured. Correlations are of each clip; amplitudes, shares of time and jerks of all frames of a

@@ -1,4 +1,4 @@
-"""What the experiments in the wild measure (Tzirakis et al. 2019, sections 6.3 and 6.4).
+"""Scores of the experiments in the wild (Tzirakis et al. 2019, sections 6.3 and 6.4).
 
 A trained network on parts of the shards, under noise and on continuous speech; what was carried
 over; bases of shapes; a real talker.

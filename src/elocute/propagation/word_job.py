@@ -1,4 +1,4 @@
-"""One word: a network fitted to its recordings, each of them aligned, one shard (section 4.2)."""
+"""Propagates one word: fits a network to its recordings, aligns each, writes one shard (4.2)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Faults of scans, found before hours are spent on them."""
+"""Finds faults of scans before hours are spent on them."""
 
 from __future__ import annotations
 

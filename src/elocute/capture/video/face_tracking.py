@@ -1,4 +1,4 @@
-"""One face over time: chosen among several, on a constant clock, gaps bridged and flagged."""
+"""Follows one face through a video, on a constant clock; gaps are bridged and flagged."""
 
 from __future__ import annotations
 

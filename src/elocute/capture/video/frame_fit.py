@@ -1,4 +1,4 @@
-"""Every frame: the pose of the head, and the weights of its shapes.
+"""Fits the pose of the head and the weights of its shapes to every frame.
 
 Weights are a sparse, non-negative least squares with costs that decide between shapes which look
 alike: a ridge per shape, smoothness over time and symmetry of left and right.

@@ -1,4 +1,4 @@
-"""Whose face: identity, resting expression and camera, from frames in which the lips rest."""
+"""Fits identity, resting expression and camera to frames in which the lips rest."""
 
 from __future__ import annotations
 

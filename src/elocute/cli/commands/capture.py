@@ -43,7 +43,7 @@ def scan_command(
     landmarks: Path | None = typer.Option(
         None,
         help="The scan's 68 landmarks (.json, .ljson or .pts), in its unit. Without them they are "
-        "detected, if the extra `video` is installed, or else the surface alone tells.",
+        "detected, if the extra `video` is installed; otherwise only the surface is used.",
     ),
     template: Path | None = typer.Option(
         None,
