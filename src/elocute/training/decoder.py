@@ -47,6 +47,12 @@ def principal_components(targets: Tensor, count: int) -> Tensor:
     return torch.from_numpy(scaled.T.astype(np.float32))
 
 
+def start_decoder(decoder: nn.Linear, targets: Tensor) -> None:
+    """Set the weights to the principal components of (frame, output); the bias stays zero."""
+    with torch.no_grad():
+        decoder.weight.copy_(principal_components(targets, decoder.in_features).T)
+
+
 def decoder_basis(decoder: nn.Linear, space: MotionSpace | None) -> Tensor:
     """(component, vertex, 3) m: the columns of a decoder in mm, and its bias as the last."""
     shapes = torch.cat([decoder.weight.detach().T, decoder.bias.detach()[None]]) / MM

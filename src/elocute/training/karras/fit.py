@@ -18,7 +18,7 @@ from elocute.networks.karras import Karras, KarrasConfig, Noise, SharedKarras
 from elocute.one_line_repr import one_line
 from elocute.training.checkpoint import network_tensors, restore_training
 from elocute.training.corpus_data import MotionSpace
-from elocute.training.decoder import principal_components
+from elocute.training.decoder import start_decoder
 from elocute.training.device import resolve_device
 from elocute.training.epochs import Report, Row, check_loss, checkpoint_to_resume, run_epochs
 from elocute.training.karras.settings import KarrasTrainConfig
@@ -175,7 +175,7 @@ def _new(data: KarrasTrainingData, config: KarrasTrainConfig) -> _Learned:
     targets = data.train.targets
     count = min(config.components, targets.shape[1])
     network = Karras(KarrasConfig(targets.shape[1], config.emotion, count))
-    network.start_decoder(principal_components(targets, count))
+    start_decoder(network.decoder, targets)
     last = data.train.clips[-1]
     return _Learned(network, last.vector + last.vectors)
 

@@ -16,7 +16,7 @@ from elocute.networks.voca import Voca, VocaConfig
 from elocute.one_line_repr import one_line
 from elocute.training.checkpoint import network_tensors, restore_training
 from elocute.training.corpus_data import MotionSpace
-from elocute.training.decoder import principal_components
+from elocute.training.decoder import principal_components, start_decoder
 from elocute.training.device import resolve_device
 from elocute.training.epochs import Report, Row, check_loss, checkpoint_to_resume, run_epochs
 from elocute.training.voca.settings import VocaTrainConfig
@@ -136,7 +136,7 @@ def new_network(data: VocaTrainingData, config: VocaTrainConfig) -> Voca:
         network.projection.copy_(components / components.norm(dim=0) ** 2)
     if config.initialisers == "released":
         network.start_as_released()
-    network.start_decoder(principal_components(targets, count))
+    start_decoder(network.decoder, targets)
     return network
 
 
