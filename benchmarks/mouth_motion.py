@@ -2,6 +2,7 @@
 
     python -m benchmarks.mouth_motion DATA/grid_s1/clips --names DATA/grid_s1/dev.txt
     python -m benchmarks.mouth_motion DATA/talkers/dev --talker edtalk_pose2
+    python -m benchmarks.mouth_motion DATA/talkers/dev --talker edtalk_pose2 --lookahead 0.3
 
 All in mm on the built-in head: what people do is scaled by the distance of the outer eye corners.
 Rest is the median of frames in which the ear hears nobody. Correlations are of each recording, at
@@ -20,13 +21,16 @@ import numpy as np
 from elocute.animation import animate
 from elocute.array_types import Float64Array, FloatArray
 from elocute.audio.read import read_audio
-from elocute.audio.waveform import SPEECH_RATE
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.evaluation.tracked_mouths import TrackedClip, find_tracked_mouths, read_tracked_mouth
 from elocute.files.array_reading import read_npz
+from elocute.head.builtin import load_builtin_head
 from elocute.models.feature_extraction import extract_features
 from elocute.models.registry import open_model
+from elocute.models.streaming import stream
+from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_as_tracked
 from elocute.numerics.correlation import pearson
@@ -66,8 +70,11 @@ class Recording:
     chin_speeds: Float64Array
 
 
-def compared(found: TrackedClip, model: str) -> Recording | None:
-    """One recording beside the animated head; None where a tenth of it was not tracked."""
+def compared(found: TrackedClip, model: str, lookahead: float | None = None) -> Recording | None:
+    """One recording beside the animated head; None where a tenth of it was not tracked.
+
+    lookahead: of a live stream, s; None for `animate`.
+    """
     fields = read_npz(
         found.path,
         max_bytes=16_000_000,
@@ -80,7 +87,10 @@ def compared(found: TrackedClip, model: str) -> Recording | None:
         return None
     times_s = np.asarray(fields["t"], float) - found.offset_s
     sound = read_audio(read_tracked_mouth(found).sound, sample_rate=SPEECH_RATE)
-    motion = animate(sound, model=model, fps=FPS, life=0).motion
+    if lookahead is None:
+        motion = animate(sound, model=model, fps=FPS, life=0).motion
+    else:
+        motion = streamed(sound, model, lookahead)
     mine, clock = (
         measure_as_tracked(motion).values.astype(float),
         np.arange(motion.frame_count) / FPS,
@@ -117,6 +127,16 @@ def compared(found: TrackedClip, model: str) -> Recording | None:
         mine[bitten, OPENING],
         np.stack(speeds, axis=1) / np.median(np.diff(times_s)),
     )
+
+
+def streamed(sound: Waveform, model: str, lookahead: float) -> Motion:
+    """The motion of a live stream of blocks of 20 ms."""
+    live = stream(sound.sample_rate, model, FPS, lookahead=lookahead, life=0)
+    size = sound.sample_rate // 50
+    blocks = [sound.samples[at : at + size] for at in range(0, len(sound.samples), size)]
+    frames = [*(frame for block in blocks for frame in live.push(block)), *live.flush()]
+    values = np.stack([frame.values for frame in frames])
+    return motion_from_curves(load_builtin_head(), Curves(values, frames[0].names, FPS))
 
 
 def _lagged(times_s: Float64Array, clock: Float64Array, values: FloatArray) -> list[Float64Array]:
@@ -161,6 +181,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--every", type=int, default=1, help="take each Nth of the names")
     parser.add_argument("--talker", help="take only recordings of this person")
     parser.add_argument("--model", default="talkers")
+    parser.add_argument("--lookahead", type=float, help="of a live stream, s")
     given = parser.parse_args(argv)
     clips = find_tracked_mouths(given.folder)
     if given.names:
@@ -168,7 +189,9 @@ def main(argv: Sequence[str] | None = None) -> None:
         clips = [clip for clip in clips if clip.path.stem in names]
     if given.talker:
         clips = [clip for clip in clips if clip.talker == given.talker]
-    recordings = [each for clip in clips if (each := compared(clip, given.model)) is not None]
+    recordings = [
+        each for clip in clips if (each := compared(clip, given.model, given.lookahead)) is not None
+    ]
     print("\n".join(table(recordings)))
 
 

@@ -1,6 +1,7 @@
 """Live streams: look-ahead, time per second of sound, and the distance from the whole sound.
 
 python -m benchmarks.streaming [SPEECH] [--block-ms 10]
+python -m benchmarks.streaming [SPEECH] --lookahead 0.3    how late frames come that do not wait
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from elocute.audio.waveform import Waveform
 from elocute.models.feature_extraction import extract_features
 from elocute.models.protocol import FrameSpan
 from elocute.models.registry import model_names, open_model
-from elocute.models.streaming import CurveStream
+from elocute.models.streaming import CurveStream, stream
 from elocute.numerics.resampling import frames_in
 
 SPEECH = Path(__file__).parents[1] / "src/elocute/assets/example.flac"
@@ -41,16 +42,39 @@ def measured(name: str, sound: Waveform, block: int) -> str:
     return f"| {name} | {model.lookahead_s:.2f} | {late_s:.2f} | {spent:.3f} | {apart:.1e} |"
 
 
+def soon(lookahead: float, sound: Waveform, block: int) -> str:
+    """One row of the table of frames that do not wait; of the public call, with all of a face."""
+    live, late_s, pushes_s = stream(sound.sample_rate, lookahead=lookahead), [], []
+    started = time.process_time()
+    for at in range(0, len(sound.samples), block):
+        pushed = time.perf_counter()
+        frames = list(live.push(sound.samples[at : at + block]))
+        pushes_s.append(time.perf_counter() - pushed)
+        known_s = min(len(sound.samples), at + block) / sound.sample_rate
+        late_s += [known_s + pushes_s[-1] - frame.time_s for frame in frames]
+    spent = (time.process_time() - started) / sound.duration_s
+    shares = " | ".join(f"{value:.3f}" for value in np.percentile(late_s, [50, 95, 99, 100]))
+    return f"| {lookahead:g} | {shares} | {1000 * np.percentile(pushes_s, 99):.1f} | {spent:.3f} |"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("speech", type=Path, nargs="?", default=SPEECH)
     parser.add_argument("--block-ms", type=float, default=10.0)
+    parser.add_argument("--lookahead", type=float, nargs="+", help="of frames that do not wait, s")
     given = parser.parse_args()
     sound = read_audio(given.speech, sample_rate=48000)
+    block = round(given.block_ms / 1000 * sound.sample_rate)
+    if given.lookahead:
+        print("| look-ahead, s | late by, s: median | 95 % | 99 % | most | push, 99 %, ms | CPU |")
+        print("|---|---|---|---|---|---|---|")
+        for lookahead in given.lookahead:
+            print(soon(lookahead, sound, block))
+        return
     print("| model | declared look-ahead, s | observed, s | CPU s per s | from the whole |")
     print("|---|---|---|---|---|")
     for name in model_names():
-        print(measured(name, sound, round(given.block_ms / 1000 * sound.sample_rate)))
+        print(measured(name, sound, block))
 
 
 if __name__ == "__main__":

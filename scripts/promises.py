@@ -42,8 +42,14 @@ MODULES = {
             "asyncio",
             "webbrowser",
         },
-        # `study serve` waits for connections, ends those that ask nothing, and makes none.
-        {"jobs/ray_cluster.py", "study/serving/connections.py", "study/serving/listening.py"},
+        # `study serve` waits for connections, ends those that ask nothing, and makes none. `live`
+        # sends frames where it was told to, and receives nothing.
+        {
+            "jobs/ray_cluster.py",
+            "live/targets.py",
+            "study/serving/connections.py",
+            "study/serving/listening.py",
+        },
     ),
     # Python alone: the processes that hold espeak-ng's library, Draco's and Blender's.
     "other programs": (

@@ -168,3 +168,40 @@ def test_files_behind_the_first_are_told(given):
         "WAVE files behind the first, 2, are left out: join their sounds, not the files"
     ]
     assert samples(given(wav(chunk(b"LIST", b"INFO"))))[1] == []
+
+
+@pytest.mark.parametrize("kind", ["ogg", "mp3"])
+def test_files_that_were_joined_are_read_to_the_end(given, tmp_path, encode, kind):
+    """As `cat` joins the answers of speech engines."""
+    parts = []
+    for number, level in enumerate((0.1, 0.5)):
+        tone = np.float32(level) * TONE / np.float32(TONE.max())
+        path = tmp_path / f"{number}.{kind}"
+        if kind == "mp3":
+            encode(path, tone, RATE, "libmp3lame")
+        else:
+            soundfile.write(path, tone, RATE)
+        parts.append(path.read_bytes())
+        assert samples(path)[1] == []
+    found, notes = samples(given(b"".join(parts), f"s.{kind}"))
+    assert len(found) == pytest.approx(2 * RATE, abs=0.15 * RATE)
+    assert np.abs(found[: RATE * 3 // 4]).max() < 0.2 < 0.4 < np.abs(found[RATE * 5 // 4 :]).max()
+    assert len(notes) == 1 and notes[0].startswith("several files, one behind the other")
+    if kind == "ogg":
+        assert probe_audio(tmp_path / "s.ogg").duration_s is None
+
+
+def test_flac_files_behind_the_first_are_told(given, tmp_path):
+    soundfile.write(tmp_path / "whole.flac", TONE, RATE)
+    found, notes = samples(given((tmp_path / "whole.flac").read_bytes() * 2, "s.flac"))
+    assert len(found) == RATE
+    assert notes[0].startswith("FLAC files behind the first, one or more, are left out")
+
+
+def test_a_wav_whose_numbers_are_the_other_way_round(given, tmp_path):
+    soundfile.write(tmp_path / "s.wav", TONE, RATE, endian="BIG")
+    data = (tmp_path / "s.wav").read_bytes()
+    assert data.startswith(b"RIFX")
+    assert np.array_equal(samples(given(data))[0], TONE / np.float32(32768))
+    with pytest.raises(AudioError, match="cut off"):
+        samples(given(data[: len(data) // 2]))

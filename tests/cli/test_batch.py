@@ -103,6 +103,7 @@ def test_a_table_of_recordings_has_edits_and_is_resumed(place: Path):
     (place / "in/take.json").write_text(json.dumps(changed))
     done = run_here(*command)
     assert "two: " in done.stderr and states(out) == made, "a changed list does not replace"
+    assert "a file made from the recording 'a.wav' (" in done.stderr
     done = run_here(*command, "--overwrite")
     after = states(out)
     assert after["one.csv"] == made["one.csv"] and after["two.csv"] != made["two.csv"]

@@ -175,6 +175,25 @@ def test_recordings_say_their_rate_by_their_timecodes(given):
     assert len(found.curves.values) == 150 and "frames are missing" in found.notes[0]
 
 
+def test_a_short_take_says_its_rate_where_a_second_ends(given):
+    at_30 = [f"12:00:{f // 30:02}:{f % 30:02}.000" for f in range(20, 50)]
+    assert read_curves(given(live_link(at_30), "a.csv")).curves.fps == 30
+    five = [f"00:00:{f // 5:02}:{f % 5 * 12:02}.000" for f in range(20)]
+    assert read_curves(given(live_link(five), "a.csv")).curves.fps == 5
+
+
+def test_frames_in_which_the_app_saw_no_face_are_filled_in(given):
+    rows = live_link([f"12:00:00:{f:02}.000" for f in range(7)]).splitlines()
+    rows[4] = "12:00:00:03.000,0" + "," * 52
+    rows[5] = "12:00:00:04.000,0"
+    found = read_curves(given("\n".join(rows), "a.csv"))
+    between = (2 * WEIGHTS[2] + WEIGHTS[5]) / 3
+    assert np.allclose(found.curves.select(ARKIT_NAMES).values[3], between, atol=1e-6)
+    assert len(found.curves.values) == 7
+    assert found.notes[0] == "a.csv: 2 rows hold no values and are left out"
+    assert "frames are missing" in found.notes[1]
+
+
 def test_tables_with_other_columns_and_marks(given):
     some = ARKIT_NAMES[:20]
     codes = [f"00:00:00:{f:02}.000" for f in range(7)]

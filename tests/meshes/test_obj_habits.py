@@ -265,3 +265,20 @@ def test_what_is_guessed_is_told(tmp_path: Path):
         (tmp_path / "a.obj").write_text(f"mtllib a.mtl\nusemtl skin\n{faces}")
         with pytest.warns(ElocuteWarning, match=r"no places in its picture 'skin\.png'"):
             assert read_scan(tmp_path / "a.obj").colors is None
+
+
+@pytest.mark.parametrize("begin", range(6))
+def test_polygons_that_turn_inwards_are_covered_by_their_triangles(tmp_path: Path, begin: int):
+    dart = [(0, 0), (2, -1), (0.5, 0), (2, 1)]
+    bent = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+    for outline, area in ((dart, 0.5), (bent, 3.0)):
+        turned = [*outline[begin:], *outline[:begin]]
+        text = "".join(f"v {x} {y} 0\n" for x, y in turned) + "f"
+        text += "".join(f" {n + 1}" for n in range(len(turned)))
+        path = tmp_path / "polygon.obj"
+        path.write_text(text)
+        mesh = read_mesh_file(path, max_bytes=10_000, error=HeadError)
+        a, b, c = np.moveaxis(mesh.vertices[mesh.triangles], 1, 0)
+        signed = np.cross(b - a, c - a)[:, 2] / 2
+        assert (signed > 0).all() and signed.sum() == pytest.approx(area)
+        assert len(mesh.quads()) == (1 if len(turned) == 4 else 4)

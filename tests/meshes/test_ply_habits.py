@@ -190,6 +190,13 @@ def test_colours_of_points(tmp_path: Path, kind: str, properties, colors):
     assert found is not None and found.tolist() == COLORS
 
 
+def test_shares_in_a_text_that_declares_bytes(tmp_path: Path):
+    data = ply("ascii", [("vertex", [*XYZ, *RGB], vertices(SHARES)), QUAD])
+    (tmp_path / "a.ply").write_bytes(data)
+    found = read_scan(tmp_path / "a.ply").colors
+    assert found is not None and found.tolist() == COLORS
+
+
 @pytest.mark.parametrize("kind", FORMATS)
 def test_colours_of_faces_are_spread_over_their_points(tmp_path: Path, kind: str):
     faces = [([0, 1, 2], 200, 100, 0), ([0, 2, 3], 0, 100, 50)]

@@ -18,9 +18,12 @@ from elocute.array_types import Float32Array
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError
+from elocute.head.builtin import load_builtin_head
 from elocute.models.feature_extraction import blocks_of
 from elocute.models.registry import DEFAULT_MODEL, model_names, open_model
-from elocute.models.streaming import CurveStream
+from elocute.models.streaming import CurveStream, Frame
+from elocute.motion.curves import Curves, motion_from_curves
+from elocute.motion.mouth_measures import measure_mouth
 
 MODELS = model_names()
 NEAR = 1e-5
@@ -241,3 +244,59 @@ def test_threads_that_push_at_once_lose_no_sound():
         thread.join()
     times.extend(frame.time_s for frame in opened.flush())
     assert sorted(times) == pytest.approx(np.arange(100) / 50)
+
+
+SOON_S = 0.3
+
+
+def opening_mm(frames: Float32Array, names: tuple[str, ...]) -> Float32Array:
+    motion = motion_from_curves(load_builtin_head(), Curves(frames, names, 60.0))
+    return measure_mouth(motion)["opening_mm"]
+
+
+@pytest.fixture(scope="module")
+def soon(speech: Waveform) -> list[Frame]:
+    """Frames that did not wait, of sound in blocks of 20 ms."""
+    stream = elocute.stream(48000, lookahead=SOON_S)
+    frames = []
+    for at in range(0, len(speech.samples), 960):
+        for frame in stream.push(speech.samples[at : at + 960]):
+            assert (at + 960) / 48000 - frame.time_s <= SOON_S
+            frames.append(frame)
+    return [*frames, *stream.flush()]
+
+
+def test_frames_that_do_not_wait_open_and_shut_the_mouth_as_exact_ones(speech, soon):
+    exact = elocute.animate(speech, life=0).curves
+    names = soon[0].names
+    ours = opening_mm(np.stack([frame.values for frame in soon]), names)
+    theirs = opening_mm(exact.values, exact.names)
+    assert len(ours) == len(theirs)
+    assert np.corrcoef(ours, theirs)[0, 1] > 0.9
+    shut = np.flatnonzero(np.diff(theirs < 0.1, prepend=False, append=False)).reshape(-1, 2)
+    seals = [(start, stop) for start, stop in shut if start and stop - start <= 12]  # no rests
+    assert len(seals) >= 3
+    assert all(ours[start - 2 : stop + 2].min() < 0.2 for start, stop in seals)
+
+
+def test_frames_that_do_not_wait_are_the_same_however_sound_is_cut(speech, soon):
+    stream = elocute.stream(48000, lookahead=SOON_S)
+    frames = [*stream.push(speech.samples[:70_001]), *stream.push(speech.samples[70_001:])]
+    frames += stream.flush()
+    assert len(frames) == len(soon)
+    for one, other in zip(frames, soon, strict=True):
+        np.testing.assert_allclose(one.values, other.values, atol=NEAR)
+        np.testing.assert_allclose(one.rotations, other.rotations, atol=NEAR)
+
+
+@pytest.mark.parametrize(
+    ("model", "lookahead", "allowed"),
+    [
+        ("talkers", 0.1, r"exact, or 0\.29 to 10 s"),
+        ("talkers", "soon", r"exact, or 0\.29 to 10 s"),
+        ("voca", 0.5, r"exact \(voca"),
+    ],
+)
+def test_a_look_ahead_that_cannot_be_is_refused(model, lookahead, allowed):
+    with pytest.raises(InputError, match=f"`lookahead`: .*allowed: {allowed}"):
+        elocute.stream(16000, model, lookahead=lookahead)

@@ -18,7 +18,17 @@ import elocute
 from scripts import public_names
 from scripts.public_names import HOMES
 
-INSIDES = ("cli", "files", "jobs", "meshes", "networks", "numerics", "plots", "registration")
+INSIDES = (
+    "cli",
+    "files",
+    "jobs",
+    "live",
+    "meshes",
+    "networks",
+    "numerics",
+    "plots",
+    "registration",
+)
 """Packages in which nothing is public."""
 
 

@@ -66,6 +66,22 @@ def test_sound_taken_out_of_lrw(tmp_path: Path, name: str, span: tuple[float, fl
     assert word_span(tmp_path, recording, 1.2) == pytest.approx(span)
 
 
+def test_a_recording_is_another_one_once_its_sound_or_times_change(tmp_path: Path):
+    """So that a run that is resumed makes its word again."""
+    wav = tmp_path / "about" / "own__1.wav"
+    wav.parent.mkdir()
+    wav.write_bytes(b"RIFF")
+    found = find_recordings(tmp_path)
+    before = found.of("about")[0]
+    assert found.of("about")[0] == before
+    wav.with_suffix(".txt").write_text("Duration: 0.40 seconds\n")
+    timed = found.of("about")[0]
+    wav.with_suffix(".txt").write_text("Duration: 0.42 seconds\n")
+    longer = found.of("about")[0]
+    wav.write_bytes(b"RIFF...")
+    assert before != timed != longer != found.of("about")[0]
+
+
 @pytest.mark.parametrize("text", ["", "Duration: none", "Duration: 0 seconds", "Duration: 9 s"])
 def test_a_txt_that_says_no_duration(tmp_path: Path, text: str):
     wav = tmp_path / "one" / "a__1.wav"

@@ -64,6 +64,14 @@ def test_subtitles_by_hand_and_of_youtube():
         ("He said: go home (or stay) at 10:30.", "He said: go home (or stay) at 10:30.", 0),
         ("Go. (It was late.) Then (laughing softly) I ran.", "Go. (It was late.) Then I ran.", 1),
         ("A plain text.", "A plain text.", 0),
+        ("0:00\nHello.\n0:03\nMy map.", "Hello.\nMy map.", 2),
+        ("[00:00] ANN: Hello.\n[00:03] BOB: My map.", "Hello.\nMy map.", 4),
+        ("Ann Li  0:00  \nHello.\n\nBob  0:03\nMy map.", "Hello.\nMy map.", 2),
+        ("Ann (00:00):\nHello.\n\nBob (00:03):\nMy map.", "Hello.\nMy map.", 2),
+        ("*sighs* My *map* is *clears throat* here.", "My *map* is here.", 2),
+        ("7:30 is late.\nCome.", "7:30 is late.\nCome.", 0),
+        ("INT. HALL - DAY\n\nBOB\n(softly)\nHush!\n\nANN\nHi.\n", "Hush!\nHi.", 4),
+        ("# Maps\nSee [my map](https://a.b/c).", "Maps\nSee my map.", 0),
     ],
 )
 def test_names_and_stage_directions_are_not_said(text, said, left_out):
@@ -111,6 +119,9 @@ def test_texts_of_windows_are_read(tmp_path, encoding):
         ),
         (b"{0}{25}Hello", "subtitles of another kind"),
         (b'<?xml version="1.0"?><tt></tt>', "markup or subtitles of another kind"),
+        (b"@UTF8\n@Begin\n*CHI:\thello . \x150_900\x15", "a CHAT transcript"),
+        (b'File type = "ooTextFile"\n', "TextGrid or JSON; .*`--phones`"),
+        (b'{"text": "hello", "segments": []}', "TextGrid or JSON; .*`--phones`"),
         ("Grüße".encode("latin-1"), "byte 2 is not UTF-8; .*; save it in UTF-8"),
     ],
 )
@@ -255,3 +266,47 @@ def test_subtitles_of_other_kinds_are_refused_in_one_line(tmp_path):
         path.write_text(text)
         with pytest.raises(InputError, match=says):
             read_speech_times(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('Hi <break time="1.0s" /> Bob, I am here &amp; there.', "Hi Bob, I am here & there."),
+        ("<p>Hi <b>Bob</b></p>", "Hi Bob"),
+        ('The <sub alias="consortium">W3C</sub>.', "The consortium."),
+        ("a < b and AT&amp;T", "a < b and AT&amp;T"),
+    ],
+)
+def test_tags_in_a_plain_text_are_not_said(text, said):
+    assert said_text(text)[0] == said
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        "00:00:01:500 --> 00:00:02:000",
+        "00: 00: 01, 500 -> 00: 00: 02, 000",
+        "00:00:1,500 --> 00:00:2,00",
+        "0:01.5 --> 0:02.0 line:1",
+    ],
+)
+def test_times_of_subtitles_as_less_strict_programs_write_them(times):
+    text = f"1\n-00:00:00,500 --> 00:00:01,000\nHello.\n\n2\n{times}\nMy map.\n"
+    assert captions_of(text) == [(0, 1, "Hello."), (1.5, 2, "My map.")]
+
+
+def test_subtitles_in_frames_are_refused():
+    with pytest.raises(InputError, match=r"time 00:00:01:12: frames; .*milliseconds"):
+        said_text("1\n00:00:01:12 --> 00:00:02:00\nHello.\n")
+
+
+def test_names_of_a_meeting_are_not_said():
+    cues = "\n\n".join(
+        f"{n}\n00:00:0{n}.000 --> 00:00:0{n}.900\n{who}: {said}"
+        for n, (who, said) in enumerate([("Ann Li", "Hello."), ("Bob", "My map."), ("Bob", "Yes.")])
+    )
+    assert [said for _, _, said in captions_of(f"WEBVTT\n\n{cues}")] == [
+        "Hello.",
+        "My map.",
+        "Yes.",
+    ]

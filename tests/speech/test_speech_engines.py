@@ -467,3 +467,205 @@ def test_visemes_in_lists_of_lists_and_of_events(tmp_path):
         read(tmp_path, {"visemes": [[0.1, "PP"]]})
     with pytest.raises(InputError, match="1 visemes, 0 vtimes and 0 vdurations"):
         read(tmp_path, {"visemes": ["PP"]})
+
+
+DEEPGRAM_WHOLE = {
+    "results": {
+        "channels": [
+            {
+                "alternatives": [
+                    {
+                        "words": timed("start", "end", "word"),
+                        "paragraphs": {
+                            "paragraphs": [
+                                {"sentences": [{"text": "hello bob", "start": 0.05, "end": 0.8}]}
+                            ]
+                        },
+                    }
+                ]
+            }
+        ],
+        "utterances": [{"start": 0.05, "end": 0.8, "words": timed("start", "end", "word")}],
+    }
+}
+SPEECHMATICS_ENTITY = {
+    "alternatives": [{"content": "hello-bob"}],
+    "start_time": 0.05,
+    "end_time": 0.8,
+    "written_form": [
+        {"alternatives": [{"content": "hello-bob"}], "start_time": 0.05, "end_time": 0.8}
+    ],
+    "spoken_form": [
+        {"alternatives": [{"content": text}], "start_time": a, "end_time": b}
+        for a, b, text in HELLO_BOB
+    ],
+}
+WATSON = {
+    "word_alternatives": [
+        {"start_time": 0.05, "end_time": 0.4, "alternatives": [{"word": "hello"}]},
+    ],
+    "alternatives": [{"timestamps": [[text, a, b] for a, b, text in HELLO_BOB]}],
+}
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        pytest.param(DEEPGRAM_WHOLE, id="Deepgram: sentences and utterances too"),
+        pytest.param({"results": [SPEECHMATICS_ENTITY]}, id="Speechmatics: written and spoken"),
+        pytest.param({"results": [WATSON]}, id="Watson: alternatives of words"),
+        pytest.param(
+            {"results": [{"alternatives": [{"words": GOOGLE}]}] * 2},
+            id="Google: all words again with their speakers",
+        ),
+        pytest.param(
+            {
+                "transcripts": [
+                    {"words": timed("start", "end", "word")},
+                    {"words": timed("a", "b", "c")},
+                ]
+            },
+            id="DeepSpeech: other transcripts",
+        ),
+    ],
+)
+def test_words_that_an_answer_holds_twice_are_said_once(tmp_path, record):
+    assert shown(read(tmp_path, record).words) == HELLO_BOB
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        pytest.param(
+            [
+                {
+                    "startTime": {"seconds": "0", "nanos": round(a * 1e9)},
+                    "endTime": {"nanos": round(b * 1e9)},
+                    "word": text,
+                }
+                for a, b, text in HELLO_BOB
+            ],
+            id="Google's library",
+        ),
+        pytest.param(
+            {
+                "recognizedPhrases": [
+                    {
+                        "nBest": [
+                            {
+                                "words": [
+                                    {
+                                        "word": text,
+                                        "offset": f"PT{a}S",
+                                        "duration": f"PT{b - a:.2f}S",
+                                        "offsetInTicks": a * 1e7,
+                                    }
+                                    for a, b, text in HELLO_BOB
+                                ]
+                            }
+                        ]
+                    }
+                ]
+            },
+            id="Azure batch",
+        ),
+        pytest.param(
+            {
+                "chunks": [
+                    {"start": at, "end": at + 5, "value": text, "type": "word"}
+                    | {"start_time": 1000 * a, "end_time": 1000 * b}
+                    for at, (a, b, text) in zip((0, 6), HELLO_BOB, strict=True)
+                ]
+            },
+            id="Speechify, letters beside times",
+        ),
+        pytest.param(
+            [
+                {"type": "WordBoundary", "offset": a * 1e7, "duration": (b - a) * 1e7, "text": text}
+                for a, b, text in HELLO_BOB
+            ],
+            id="edge-tts",
+        ),
+        pytest.param(
+            {
+                "fragments": [
+                    {"begin": str(a), "end": str(b), "lines": [text], "children": []}
+                    for a, b, text in HELLO_BOB
+                ]
+            },
+            id="aeneas",
+        ),
+    ],
+)
+def test_times_of_engines_in_other_writings(tmp_path, record):
+    assert shown(read(tmp_path, record).words) == HELLO_BOB
+
+
+def test_google_leaves_out_a_start_at_zero(tmp_path):
+    first = {"endOffset": "0.400s", "word": "hello"}
+    second = {"startOffset": "0.400s", "endOffset": "0.800s", "word": "bob"}
+    assert read(tmp_path, [first, second]).words == ((0.0, 0.4, "hello"), (0.4, 0.8, "bob"))
+
+
+def test_offsets_in_letters_and_frames_are_no_times(tmp_path):
+    missed = {"case": "not-found-in-audio", "word": "x", "startOffset": 6, "endOffset": 7}
+    gentle = read(tmp_path, {"words": [*timed("start", "end", "word", startOffset=0), missed]})
+    assert shown(gentle.words) == HELLO_BOB
+    assert gentle.notes == ("1 words without times are left out",)
+    with pytest.raises(InputError, match="records of word"):
+        read(tmp_path, [{"word": "hello", "start_offset": 2, "end_offset": 16}])
+
+
+def test_pieces_of_words_are_joined(tmp_path):
+    pieces = [(100, 400, " Hel"), (400, 600, "lo"), (600, 900, " Bob"), (900, 950, ".")]
+    record = [{"offsets": {"from": a, "to": b}, "text": text} for a, b, text in pieces]
+    assert read(tmp_path, {"transcription": record}).words == (
+        (0.1, 0.6, "Hello"),
+        (0.6, 0.9, "Bob."),
+    )
+    words = [(0.1, 0.4, " twenty"), (0.4, 0.8, "-five")]
+    timed_words = [{"word": text, "start": a, "end": b} for a, b, text in words]
+    whisper = {"segments": [{"start": 0, "end": 1, "words": timed_words}]}
+    assert read(tmp_path, whisper).words == ((0.1, 0.8, "twenty-five"),)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "nfields 1\n#\n 0.1 125 pau\n 0.2 125 b\n 0.3 125 aa\n 0.4 125 b\n",
+        "type 0\n#\n 0.1  122 {B_TRANS}\n 0.2  122 b; b\n 0.3  122 aa\n 0.4  122 b\n",
+        "0 1000000 x^x-sil+b=aa@x_x/A:0\n1000000 2000000 x^sil-b+aa=b@1_3/A:0\n"
+        "2000000 3000000 sil^b-aa+b=x@2_2/A:0\n3000000 4000000 b^aa-b+x=x@3_1/A:0\n",
+    ],
+    ids=["Festival", "Buckeye", "HTS"],
+)
+def test_labels_of_synthesisers_and_corpora(tmp_path, text):
+    times = read(tmp_path, text, "one.lab")
+    assert shown(times.phones) == [(0.1, 0.2, "B"), (0.2, 0.3, "AA"), (0.3, 0.4, "B")]
+
+
+def test_labels_of_audacity_with_frequencies(tmp_path):
+    rows = "".join(f"{a}\t{b}\t{text}\n\\\t100.0\t4000.0\n" for a, b, text in HELLO_BOB)
+    assert shown(read(tmp_path, rows, "labels.txt").words) == HELLO_BOB
+
+
+@pytest.mark.parametrize(
+    ("written", "word"),
+    [
+        ("می\u200cخواهم", "می\u200cخواهم"),
+        ("docu\u00admentation", "documentation"),
+        ("\u200ehello\u200f", "hello"),
+    ],
+    ids=["Persian", "a hyphen of a line's end", "marks of direction"],
+)
+def test_letters_that_nobody_sees(tmp_path, written, word):
+    times = read(tmp_path, f"1\n00:00:00,100 --> 00:00:01,000\n{written}\n", "times.srt")
+    assert times.words == ((0.1, 1.0, word),)
+
+
+def test_phrases_are_read_as_scripts_are(tmp_path):
+    phrases = ["[SPEAKER_00]: hello", "BOB: [ Silence ]", "*sighs* bob", "(wind blowing)"]
+    segments = [{"start": n, "end": n + 0.8, "text": f" {text}"} for n, text in enumerate(phrases)]
+    times = read(tmp_path, {"segments": segments})
+    assert times.words == ((0, 0.8, "hello"), (2, 2.8, "bob"))
+    assert times.notes[1].startswith("not taken for speech: '[SPEAKER_00]', 'BOB:'")

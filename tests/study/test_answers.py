@@ -39,6 +39,16 @@ def test_what_is_written_is_read_again(tmp_path, suffix):
     assert read_answers(path) == []
 
 
+def test_a_table_that_excel_saved_elsewhere_in_the_world_is_read(tmp_path):
+    path = tmp_path / "answers.csv"
+    write_answers(ROWS, path)
+    with path.open(newline="") as file:
+        rows = [[cell.replace("2.25", "2,25") for cell in row] for row in csv.reader(file)]
+    with path.open("w", newline="", encoding="utf-8-sig") as file:
+        csv.writer(file, delimiter=";").writerows(rows)
+    assert read_answers(path) == ROWS
+
+
 WRONG = {
     "participant": "<script>",
     "kind": "quaternary",

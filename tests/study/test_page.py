@@ -414,6 +414,10 @@ def test_who_comes_from_a_panel_goes_back_with_its_code(driver, videos, tmp_path
         link = "?fbclid=Iw-_&prolific_pid=5f0c&STUDY_ID=61aa&SESSION_ID=7%267&x=%3Cb%3E"
         person.open("?PROLIFIC_PID={{%PROLIFIC_PID%}}&STUDY_ID=61aa")  # a panel left it unfilled
         assert "%PROLIFIC" not in driver.find_element(By.ID, "main").text
+        preview = "assignmentId=ASSIGNMENT_ID_NOT_AVAILABLE&hitId=4D"  # only looked at
+        driver.get(f"http://{host}/?{preview}")
+        person.until("document.body.innerText.includes('your panel gave you')")
+        assert not driver.find_elements(By.ID, "agree")
         person.open(link)
         assert "5f0c" in driver.find_element(By.ID, "main").text
         person.agree()

@@ -97,7 +97,11 @@ def _scores(posteriors: FloatArray) -> NDArray[np.float32]:
 
 
 def decoded_contacts(
-    posteriors: FloatArray, rate: float, kind: int, first_row: int = 0
+    posteriors: FloatArray,
+    rate: float,
+    kind: int,
+    first_row: int = 0,
+    states: NDArray[np.int64] | None = None,
 ) -> list[Contact]:
     """Stretches in which lips meet each other, or the teeth.
 
@@ -111,6 +115,8 @@ def decoded_contacts(
         SEALED or AT_TEETH.
     first_row : int
         Where the first lies in the take.
+    states : (row,) int64, optional
+        What `contact_states` gives, where both kinds are asked for.
 
     Returns
     -------
@@ -121,9 +127,10 @@ def decoded_contacts(
     if not len(posteriors):
         return []
     evidence = contact_evidence(_pooled(posteriors, kind), posteriors[:, SILENCE])
+    states = contact_states(posteriors, first_row) if states is None else states
     likely = [
         (start, stop)
-        for start, stop in runs(contact_states(posteriors, first_row) == kind)
+        for start, stop in runs(states == kind)
         if evidence[max(0, start - BESIDE) : stop + BESIDE].sum() >= EVIDENCE_ROWS[kind]
     ]
     return _contacts(likely, evidence, posteriors, rate, kind, heard=True)

@@ -9,6 +9,8 @@ Nothing is looked at further than REACH_S.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,6 +23,7 @@ EDGE_S = 0.32  # and so is one at an edge of a recording, which may be cut withi
 KNOWN_EDGE_S = 0.08  # but not of speech that is known
 SETTLE_S = 0.18  # from the last sound until the mouth rests
 WAKE_S = 0.60  # from rest until the next sound
+LIVE_SETTLE_S, LIVE_WAKE_S = 0.30, 0.06  # likewise, of a sound whose end is not known
 BREATH_S, OPENED_S = 0.50, 0.28  # before a sound: people open for it, and are widest open
 BREATH_PAUSE_S = (0.25, 0.60)  # pauses without a breath, and with a whole one
 REACH_S = WAKE_S + PAUSE_S + SPEECH_AT_LEAST_S
@@ -56,6 +59,36 @@ def rest_share(
         settle = np.where(coming > _FAR / 2, np.clip(passed[-1], 1, settle), settle)
     settled = smoothstep(np.clip(passed / settle, 0, 1))
     return settled * smoothstep(np.clip(coming / wake, 0, 1))
+
+
+def live_rest_share(silence: FloatArray, rate: float) -> Float64Array:
+    """How far a mouth is at rest, by what was heard so far: nobody knows how long a pause will be.
+
+    It settles once a pause has been long, and wakes as soon as somebody speaks.
+
+    Parameters
+    ----------
+    silence : (row,)
+        Posterior of silence.
+    rate : float
+        Rows per second.
+
+    Returns
+    -------
+    (row,) float64
+        0 in speech, 1 at rest, eased in between.
+    """
+    speaking = silence < 0.5
+    share, before = np.zeros(len(silence)), 0.0
+    begins = np.flatnonzero(np.diff(speaking, prepend=~speaking[:1]))
+    for start, stop in pairwise([*begins.tolist(), len(silence)]):
+        lasted_s = (np.arange(stop - start) + 1) / rate
+        share[start:stop] = before * (1 - smoothstep(np.clip(lasted_s / LIVE_WAKE_S, 0, 1)))
+        if not speaking[start]:
+            settled = smoothstep(np.clip((lasted_s - PAUSE_S) / LIVE_SETTLE_S, 0, 1))
+            share[start:stop] = np.maximum(share[start:stop], settled)
+        before = share[stop - 1]
+    return share
 
 
 def breath_share(

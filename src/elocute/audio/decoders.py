@@ -29,7 +29,11 @@ PIECE = 1024  # samples at a time of a file that was cut off
 SHORTFALL_S = 0.1
 # Only these go to libsndfile. It would search anything named .mp3 for MPEG frames, and its MP3
 # decoder prints warnings to stderr.
-HEADS = (b"RIFF", b"RF64", b"riff", b"FORM", b"fLaC", b"OggS", b"caff", b".snd")
+HEADS = (b"RIFF", b"RIFX", b"RF64", b"riff", b"FORM", b"fLaC", b"OggS", b"caff", b".snd")
+JOINED = (
+    "several files, one behind the other: each but the first may begin some hundredths of a second "
+    "late; join their sounds, not the files"
+)
 LOSSLESS = ("WAV", "WAVEX", "RF64", "W64", "FLAC", "AIFF", "CAF", "AU")
 # FFmpeg decodes a picture or two to find where they start; 8K is 33 million.
 PIXELS_MAX = 40_000_000
@@ -54,11 +58,15 @@ class AudioInfo:
 
 
 class Decoder(Protocol):
-    """An open sound. `promised` samples per channel, give or take `slack`; None if unknown."""
+    """An open sound. `promised` samples per channel, give or take `slack`; None if unknown.
+
+    joined: what to know of files that were written one behind the other; "" where none are found.
+    """
 
     info: AudioInfo
     promised: int | None
     slack: int
+    joined: str
 
     def blocks(self, size: int) -> Iterator[Float32Array]:
         """(sample, channel) blocks of about `size` samples."""
@@ -105,6 +113,8 @@ class SoundFileDecoder:
     part: what to read in the file's place, where its header does not say what is there.
     """
 
+    joined = ""
+
     def __init__(self, path: Path, part: BinaryIO | None = None, partial: bool = False) -> None:
         import soundfile
 
@@ -150,8 +160,11 @@ class ContainerDecoder:
     container: where sound begins after the picture, silence goes before it.
     """
 
-    def __init__(self, path: Path, track: int | None = None, partial: bool = False) -> None:
+    def __init__(
+        self, path: Path, track: int | None = None, partial: bool = False, joined: bool = False
+    ) -> None:
         self._path, self._track, self._partial = path, track or 0, partial
+        self.joined = JOINED if joined else ""
         try:
             self._file = open_media(path, pixels_max=PIXELS_MAX)
         except ImportError:
@@ -192,7 +205,7 @@ class ContainerDecoder:
             codec=context.name,
             sample_rate=rate,
             channels=context.channels or 0,
-            duration_s=seconds,
+            duration_s=None if self.joined else seconds,  # that of the first
             tracks=tuple(map(_told, streams)) if len(streams) > 1 else (),
         )
         promised_s = self._promised_s(seconds)
@@ -239,7 +252,7 @@ class ContainerDecoder:
         resampler = av.AudioResampler(format="flt", rate=self.info.sample_rate)
         early = None
         try:
-            for frame in self._file.decode(self._stream):
+            for frame in self._frames():
                 channels = frame.layout.nb_channels
                 if early is None:
                     early = self._early(frame)
@@ -254,6 +267,14 @@ class ContainerDecoder:
             if self._partial and early is not None:
                 return
             raise damaged(self._path, "its packets cannot be decoded") from error
+
+    def _frames(self) -> Iterator[Any]:
+        """Decoded frames; of MP3 files that were joined, without the tags between them."""
+        for packet in self._file.demux(self._stream):
+            if self.info.codec.startswith("mp3") and bytes(packet)[:3] == b"ID3":
+                self.joined, self.promised = JOINED, None
+            else:
+                yield from packet.decode()
 
     def _early(self, frame: Any) -> int:
         """Samples of `frame` that lie before time zero; negative where it starts after it."""

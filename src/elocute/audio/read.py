@@ -6,6 +6,7 @@ a header says is checked before anything is decoded.
 
 from __future__ import annotations
 
+import mmap
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -164,7 +165,7 @@ class AudioStream:
         done, channel = 0, self._channel
         header = read_wav_header(self.path)
         if header is not None and header.followers:
-            self.notes.append(FOLLOWED.format(header.followers))
+            self.notes.append(FOLLOWED.format("WAVE", header.followers))
         if channel is None and self.channels > 1:
             channel = self._loudest_of_cancelling()
         for block in self._decoder.blocks(max(1, round(block_s * self.sample_rate))):
@@ -177,6 +178,8 @@ class AudioStream:
                 raise _too_long(self.path, done / self.sample_rate)
             mono = chosen[:, 0] if chosen.shape[1] == 1 else chosen.mean(axis=1)
             yield np.ascontiguousarray(mono, np.float32)
+        if self._decoder.joined:
+            self.notes.append(self._decoder.joined)
         promised = self._decoder.promised
         if promised is not None and done < promised - self._decoder.slack:
             if not self._partial:
@@ -213,7 +216,7 @@ class AudioStream:
         return channel
 
 
-FOLLOWED = "WAVE files behind the first, {}, are left out: join their sounds, not the files"
+FOLLOWED = "{} files behind the first, {}, are left out: join their sounds, not the files"
 CANCEL_S = 60.0
 """So much sound, silence aside, says whether channels cancel."""
 CANCELLED = 0.05
@@ -407,14 +410,17 @@ def open_decoder(path: Path, track: int | None = None, partial: bool = False) ->
     if not partial:
         _check_outer_size(path, head)
     _check_start(path)
-    if part is None and not head.startswith(HEADS):
-        return ContainerDecoder(path, track, partial)
+    joined = part is None and _is_joined(path, head)
+    if (joined and head.startswith(b"OggS")) or (part is None and not head.startswith(HEADS)):
+        return ContainerDecoder(path, track, partial, joined)
     import soundfile
 
     try:
         opened = SoundFileDecoder(path, cast(BinaryIO | None, part), partial)
     except soundfile.LibsndfileError:
         return ContainerDecoder(path, track, partial)
+    if joined:  # FFmpeg would leave out some of it where they meet
+        opened.joined = FOLLOWED.format("FLAC", "one or more")
     if header and part is not None and header.promised_bytes is not None:
         opened.promised = header.promised_bytes // part.frame_bytes
     if track is not None:
@@ -454,9 +460,9 @@ def _check_wav(path: Path, header: WavHeader, partial: bool) -> bool:
 
 
 def _check_outer_size(path: Path, head: bytes) -> None:
-    """Refuse AIFF, Wave64 and Ogg files cut short, which libsndfile would read without an error."""
+    """Refuse AIFF, RIFX, Wave64 and Ogg files cut short: libsndfile would not say so."""
     present = path.stat().st_size
-    if head.startswith(b"FORM") and head[8:11] == b"AIF":
+    if head[:4] == b"RIFX" or (head.startswith(b"FORM") and head[8:11] == b"AIF"):
         promised = int.from_bytes(head[4:8], "big") + 8
         if promised - 8 >= UNKNOWN_FROM:
             return
@@ -470,6 +476,17 @@ def _check_outer_size(path: Path, head: bytes) -> None:
         return
     if promised > present + 1:  # one byte of padding may lack
         raise cut_off(path, f"{present} of the {promised} bytes promised")
+
+
+def _is_joined(path: Path, head: bytes) -> bool:
+    """Whether several Ogg or FLAC files stand one behind the other: libsndfile reads the first."""
+    begins = {b"OggS": b"OggS\0\2", b"fLaC": b"fLaC\0\0\0\x22"}.get(head[:4])
+    if begins is None:
+        return False
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        # Ogg's streams that play together begin all together, before any other page.
+        first = data.find(b"OggS\0\0") if begins[:1] == b"O" else 0
+        return data.rfind(begins) > first >= 0
 
 
 def _missing_of_last_page(path: Path) -> int:

@@ -16,6 +16,7 @@ from elocute.numerics.windows import hann
 HOP = 160  # 10 ms
 WINDOW = 400  # 25 ms
 TOGETHER = 4  # frames: sums of a product depend on how many rows it has
+LIVE_TOGETHER = 2  # where sound is answered at once
 BANDS = 80
 FLOOR = 1e-10  # power of silence
 RANGE = 8.0  # decades of power below the loudest, under which nothing is heard
@@ -23,8 +24,11 @@ QUIET = 0.0  # decades: the loudest band of quiet speech
 LEAST = (QUIET - RANGE + 4) / 4
 """What silence gives before anything louder than quiet speech was heard."""
 
-LOOKAHEAD_S = (WINDOW / 2 + (TOGETHER - 1) * HOP) / SPEECH_RATE
-"""Frame t is centred on t·10 ms, sees half a window further and may wait for others."""
+
+def lookahead_s(together: int = TOGETHER) -> float:
+    """How much later than its middle the sound of a frame must be known, s: half a window, and what
+    is waited for."""
+    return (WINDOW / 2 + (together - 1) * HOP) / SPEECH_RATE
 
 
 def mel_weights() -> Float32Array:
@@ -47,9 +51,15 @@ class WhisperMel:
     Frames are (frame, 80) float32, frame t centred on sample 160·t. A sound of n samples gives
     ceil(n / 160) frames, however it is cut into pieces. `peaks` are the loudest bands of the frames
     that the last call gave, in decades of power.
+
+    Parameters
+    ----------
+    together : int
+        Frames that are computed, and so waited for, together.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, together: int = TOGETHER) -> None:
+        self._together = together
         self._window, self._mel = hann(WINDOW).astype(np.float32), mel_weights()
         self._pending = np.zeros(WINDOW // 2, np.float32)
         self._samples = self._frames = 0
@@ -61,14 +71,14 @@ class WhisperMel:
         self._samples += len(samples)
         self._pending = np.concatenate([self._pending, np.asarray(samples, np.float32)])
         ready = max(0, (len(self._pending) - WINDOW) // HOP + 1)
-        return self._take(ready // TOGETHER * TOGETHER)
+        return self._take(ready // self._together * self._together)
 
     def flush(self) -> Float32Array:
         """The last frames, silence behind them."""
         left = -(-self._samples // HOP) - self._frames
-        more = WINDOW + (TOGETHER + 1) * HOP
+        more = WINDOW + (self._together + 1) * HOP
         self._pending = np.concatenate([self._pending, np.zeros(more, np.float32)])
-        bands = self._take(-(-left // TOGETHER) * TOGETHER)
+        bands = self._take(-(-left // self._together) * self._together)
         self.peaks = self.peaks[:left]
         return bands[:left]
 
@@ -79,7 +89,9 @@ class WhisperMel:
         views = np.lib.stride_tricks.sliding_window_view(self._pending, WINDOW)[::HOP][:count]
         spectrum = np.fft.rfft(views * self._window).astype(np.complex64)
         power = spectrum.real**2 + spectrum.imag**2
-        bands = (power.reshape(-1, TOGETHER, power.shape[1]) @ self._mel).reshape(count, BANDS)
+        bands = (power.reshape(-1, self._together, power.shape[1]) @ self._mel).reshape(
+            count, BANDS
+        )
         decades = np.log10(np.maximum(bands, np.float32(FLOOR)))
         self.peaks = decades.max(axis=1)
         loudest = np.maximum.accumulate(np.append(self._loudest, self.peaks))[1:]

@@ -23,6 +23,7 @@ from elocute.capture.motion_cleaning import clean_frames
 from elocute.capture.scans.scan_sequence import ScanSequence, find_sequences, open_sequence
 from elocute.capture.sequence_report import write_report
 from elocute.capture.sequence_tracking import (
+    CHUNK,
     SequenceResult,
     TrackedSequence,
     filled_frames,
@@ -48,8 +49,6 @@ from elocute.registration.register import register_neutral
 CORPUS, MADE = "corpus", "corpus.sha256"
 FOLDERS, BEGUN = ("subjects", "sequences"), "capture.begun"
 FILE_MAX_BYTES = 500_000_000
-CHUNK = 30
-"""Frames that one worker takes at a time; the first of them starts from scratch."""
 NEUTRAL_TRIES = 5
 """First frames of a sequence in which a neutral face is sought where none is named."""
 
@@ -158,27 +157,45 @@ def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path, method
         )
         template, joints = stored["template"], stored["joints"]
         alike = template.shape == head.template.shape and joints.shape == head.joint_positions.shape
-        if alike and str(stored.get("method", "model")) == method:
+        source = next((one for one in sequences if one.name == str(stored["sequence"])), None)
+        as_then = source is None or _neutral_digest(source) == str(stored["made_of"])
+        if alike and as_then and str(stored["method"]) == method:
             return _personal_head(head, template, joints)
     except (InputError, KeyError):
         pass  # not there yet, or broken: it is made (again)
-    own = _registered_neutral(head, sequences, method)
+    named = [one for one in sequences if one.metadata.neutral is not None]
+    source = (named or sequences)[0]
+    own = _registered_neutral(head, source, method)
     with write_atomically(path) as draft, draft.open("wb") as file:
-        np.savez(file, template=own.template, joints=own.joint_positions, method=method)
+        np.savez(
+            file,
+            template=own.template,
+            joints=own.joint_positions,
+            method=method,
+            sequence=source.name,
+            made_of=_neutral_digest(source),
+        )
     # As another process or a later run reads it.
     return _personal_head(head, own.template, own.joint_positions)
 
 
-def _registered_neutral(head: HeadModel, sequences: list[ScanSequence], method: str) -> HeadModel:
-    """From the frame that is named neutral, else from the first that can be used.
+def _neutral_numbers(sequence: ScanSequence) -> tuple[int, ...]:
+    """The frame that is named neutral, else the first, any of which may be."""
+    if sequence.metadata.neutral is not None:
+        return (sequence.neutral,)
+    return sequence.numbers[:NEUTRAL_TRIES]
 
-    Raises CaptureError where there is none.
-    """
-    named = [one for one in sequences if one.metadata.neutral is not None]
-    sequence = (named or sequences)[0]
-    numbers = [sequence.neutral] if named else sequence.numbers[:NEUTRAL_TRIES]
+
+def _neutral_digest(sequence: ScanSequence) -> str:
+    """Another one where a neutral face would be sought elsewhere, or in what was edited since."""
+    numbers = [number for number in _neutral_numbers(sequence) if number in sequence.numbers]
+    return " ".join(f"{number} {sequence.digest(number)}" for number in numbers)
+
+
+def _registered_neutral(head: HeadModel, sequence: ScanSequence, method: str) -> HeadModel:
+    """From the first of its frames that can be used. Raises CaptureError where there is none."""
     problems: list[ElocuteError] = []
-    for number in numbers:
+    for number in _neutral_numbers(sequence):
         try:
             landmarks = sequence.landmarks(number)
             scan = sequence.scan(number)

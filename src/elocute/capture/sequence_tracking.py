@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -158,6 +160,8 @@ def _good(path: Path, stored: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]
 
 SETTINGS_VERSION = 5
 """Raise it when registration itself changes: frames made before are then made again."""
+CHUNK = 30
+"""Frames that one worker takes at a time; the first of them starts from scratch."""
 FLAGGED_MAX = 0.5
 """Share of frames beyond which a sequence is not worth filling in."""
 
@@ -210,21 +214,34 @@ class TrackedSequence:
     head: HeadModel
     folder: Path
     settings: BatchSettings = field(default_factory=BatchSettings)
+    _digests: dict[int, str] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def key(self) -> str:
-        """Identifies face and settings: frames made with another key are not resumed."""
+        """Identifies face and settings."""
         way = "" if self.settings.method == "model" else f"nicp {self.settings.adapted} "
         text = f"{SETTINGS_VERSION} {self.sequence.metadata.unit} {way}".encode()
         return hashlib.sha256(text + self.head.template.tobytes()).hexdigest()[:16]
+
+    def frame_key(self, number: int) -> str:
+        """Identifies all that a frame is made of: frames made with another key are not resumed.
+
+        Those before it in its chunk are part of that, since each starts from the one before.
+        """
+        place = bisect_left(self.numbers, number)
+        first = place if self.settings.method == "nicp" else place - place % CHUNK
+        for each in self.numbers[first : place + 1]:
+            if each not in self._digests:
+                self._digests[each] = self.sequence.digest(each)
+        text = self.key + "".join(self._digests[each] for each in self.numbers[first : place + 1])
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def path(self, number: int) -> Path:
         return self.folder / f"{number:06d}.npz"
 
     def records(self) -> dict[int, FrameRecord]:
         """Records by number, of the frames that are done."""
-        key = self.key
-        stored = {number: read_frame_record(self.path(number), key) for number in self.numbers}
+        stored = {n: read_frame_record(self.path(n), self.frame_key(n)) for n in self.numbers}
         return {number: record for number, record in stored.items() if record is not None}
 
     @property
@@ -242,10 +259,11 @@ def track_frames(
     Frames that are done already are kept. Non-rigid ICP starts every frame from a template of its
     own, as published. done: called with the record of each frame.
     """
-    template, key = Template(track.head), track.key
+    template = Template(track.head)
     before: Registration | None = None
     records = []
     for number in numbers:
+        key = track.frame_key(number)
         record = read_frame_record(track.path(number), key)
         if record is None:
             record = _track_one(track, template, key, number, before)

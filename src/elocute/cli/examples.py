@@ -11,6 +11,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "animate clips/ -o out/ --format glb --format csv",
         "animate - -o - --format json < speech.wav > talk.json",
     ),
+    "live": (
+        "live speech.wav --to livelink",
+        "live mic --to vmc --to json=127.0.0.1:9000 --mood happy",
+    ),
     "say": (
         'say "Give me any voice." -o talk.glb',
         "say --file speech.txt -o talk.mp4 --language de --voice f2 --rate 140",

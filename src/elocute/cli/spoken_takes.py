@@ -25,9 +25,11 @@ if TYPE_CHECKING:
 
 
 def spoken_source(text: str, voice: VoiceSettings, settings: Mapping[str, Any]) -> str:
-    """What an output of a spoken text is made from, in one line: the same for the same take."""
+    """What an output of a spoken text or a row is made from: the same line for the same take."""
     told = json.dumps([" ".join(text.split()), asdict(voice), settings], default=str)
-    return f"the text {text[:40]!r} ({hashlib.sha256(told.encode()).hexdigest()[:12]})"
+    recording = settings.get("recording")
+    what = f"the recording {recording[0][:40]!r}" if recording else f"the text {text[:40]!r}"
+    return f"{what} ({hashlib.sha256(told.encode()).hexdigest()[:12]})"
 
 
 def plan_take(

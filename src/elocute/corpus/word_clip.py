@@ -13,6 +13,7 @@ from elocute.corpus.clip import check_name
 from elocute.errors import CorpusError
 from elocute.motion.motion import FPS_MAX
 from elocute.one_line_repr import one_line
+from elocute.speech.text.text_words import is_printable
 
 SENTENCE = "sentence"  # the word of a clip that holds several
 SPLITS = ("train", "validation", "test")
@@ -71,7 +72,7 @@ class WordClip:
     def __post_init__(self) -> None:
         for what in ("clip", "speaker", "source"):
             check_name(getattr(self, what), what)
-        if not (self.word and self.word.isprintable() and len(self.word) <= 120):
+        if not (self.word and is_printable(self.word) and len(self.word) <= 120):
             self._refuse(f"word {self.word[:60]!r}", "1 to 120 letters")
         if self.split not in SPLITS:
             self._refuse(f"split {self.split[:40]!r}", ", ".join(SPLITS))

@@ -32,6 +32,7 @@ MOUTH_FIELDS = ("opening", "width", "protrusion", "jaw", "upper_lip", "lower_lip
 ROW_SAMPLES = round(SPEECH_RATE / FEATURE_RATE)
 CONTEXT = 2  # frames of 10 ms on both sides of a row
 BLOCK_ROWS = 4  # that are attended together; how many blocks a run has changes nothing
+LIVE_AHEAD, LIVE_BLOCK_ROWS = 1, 2  # of a stream whose frames are wanted at once
 RUN_BLOCKS = 64  # at most, so that memory stays bounded
 KEPT = ("rows", "queries", "keys", "values")
 REST_ROWS = 10  # of silence put before and after
@@ -167,13 +168,23 @@ class _Layer:
     values: Float32Array
 
 
-def trunk_lookahead_s(network: TrunkNetwork | None = None, ahead: int = AHEAD) -> float:
+def trunk_lookahead_s(
+    network: TrunkNetwork | None = None, ahead: int = AHEAD, *, live: bool = False
+) -> float:
     """How much later than a row's own time the sound must be known, s, its block included.
 
     Of the trunk that ships where none is given.
     """
+    ahead, block, together = _pace(ahead, live)
     late = max(_rows_late((network or builtin_trunk()).record, ahead).values())
-    return whisper_mel.LOOKAHEAD_S + CONTEXT / 100 + (late + BLOCK_ROWS) / FEATURE_RATE
+    return whisper_mel.lookahead_s(together) + CONTEXT / 100 + (late + block) / FEATURE_RATE
+
+
+def _pace(ahead: int, live: bool) -> tuple[int, int, int]:
+    """Rows that a layer sees ahead, rows of a block, and frames that are computed together."""
+    if live:
+        return LIVE_AHEAD, LIVE_BLOCK_ROWS, whisper_mel.LIVE_TOGETHER
+    return ahead, BLOCK_ROWS, whisper_mel.TOGETHER
 
 
 def _rows_late(record: dict[str, Any], ahead: int) -> dict[str, int]:
@@ -226,6 +237,8 @@ class TrunkStream:
         The trunk.
     ahead : int
         Rows that each layer sees ahead.
+    live : bool
+        Whether rows are wanted as soon as they can be, and layers see little ahead.
 
     Raises
     ------
@@ -233,10 +246,11 @@ class TrunkStream:
         For a network of another form.
     """
 
-    def __init__(self, network: TrunkNetwork, ahead: int = AHEAD) -> None:
+    def __init__(self, network: TrunkNetwork, ahead: int = AHEAD, *, live: bool = False) -> None:
         self._network, record = network, network.record
+        ahead, self._block, together = _pace(ahead, live)
         self._ahead, self._history, self._layers = ahead, record["history"], record["layers"]
-        self._window = self._history + ahead + BLOCK_ROWS  # rows that a block may look at
+        self._window = self._history + ahead + self._block  # rows that a block may look at
         late = _rows_late(record, ahead)
         self._late = max(late.values())  # rows by which the answers are late
         self._waiting = {  # for the last of them
@@ -255,7 +269,7 @@ class TrunkStream:
         ]
         self._mouth = _nothing(record["reach"], record["mouth_channels"])
         self._phones = _nothing(record["reach"], record["phone_channels"])
-        self._mel = whisper_mel.WhisperMel()
+        self._mel = whisper_mel.WhisperMel(together)
         self._bands = np.full((CONTEXT, whisper_mel.BANDS), whisper_mel.LEAST, np.float32)
         self._samples = self._fed = 0
         self._total: int | None = None
@@ -287,24 +301,29 @@ class TrunkStream:
         # What comes after the last row is not there: no row attends to it.
         self._total = 2 * REST_ROWS + rows
         short = rows * ROW_SAMPLES - self._samples
-        padding = np.zeros(short + (self._late + BLOCK_ROWS) * ROW_SAMPLES, np.float32)
+        padding = np.zeros(short + (self._late + self._block) * ROW_SAMPLES, np.float32)
         given = max(0, self._fed - self._late - REST_ROWS)
         return self._listen(np.concatenate([_rest(), padding])).part(0, rows - given)
+
+    @property
+    def coming_phones(self) -> Float32Array:
+        """(row, 40) log-posteriors behind the rows that were given: mouths come later."""
+        return self._waiting["phones"]
 
     def _listen(self, samples: Float32Array) -> TrunkRows:
         """Run all whole blocks."""
         self._bands = np.concatenate([self._bands, self._mel.push(samples)])
         self._peaks = np.concatenate([self._peaks, self._mel.peaks])
         given = [TrunkRows(*(_nothing(0, n) for n in self._network.answers.values()))]
-        while blocks := (len(self._bands) - 2 * CONTEXT + 1) // (2 * BLOCK_ROWS):
+        while blocks := (len(self._bands) - 2 * CONTEXT + 1) // (2 * self._block):
             before = max(0, REST_ROWS + self._late - self._fed)  # heard, but not given
             given.append(self._run(min(blocks, RUN_BLOCKS)).part(before, None))
         return TrunkRows.joined(given)
 
     def _run(self, blocks: int) -> TrunkRows:
         """The next rows through all layers."""
-        network, fed, rows = self._network, self._fed, blocks * BLOCK_ROWS
-        starts = BLOCK_ROWS * np.arange(blocks)
+        network, fed, rows = self._network, self._fed, blocks * self._block
+        starts = self._block * np.arange(blocks)
         places = (fed + np.arange(rows)) % network.record["period"]
         given = {
             "bands": self._bands[: 2 * rows + 2 * CONTEXT - 1],
@@ -352,7 +371,7 @@ class TrunkStream:
         `starts` (block,) are the newest rows with which blocks begin.
         """
         key = starts[:, None] - self._history - self._ahead + np.arange(self._window)
-        query = starts[:, None] - self._ahead + np.arange(BLOCK_ROWS)
+        query = starts[:, None] - self._ahead + np.arange(self._block)
         apart = key[:, None] - query[:, :, None]
         there = (key >= 0) & (key < (self._total or np.inf))
         seen = (apart >= -self._history) & (apart <= self._ahead) & there[:, None]

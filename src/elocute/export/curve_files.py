@@ -277,9 +277,14 @@ def _rows_of_csv(path: Path, header: list[str], rows: Iterator[list[str]]) -> _T
         raise MotionError.about(
             path, found=f"no column of a curve ({', '.join(header)[:120]})", allowed=ALLOWED
         )
-    table, clocks = [], []
+    table, clocks, lost = [], [], 0
     for number, row in enumerate(rows, 2):
         if not any(cell.strip() for cell in row):
+            continue
+        if clock is not None and not any(
+            row[column].strip() for column in columns if column < len(row)
+        ):
+            lost += 1  # Live Link Face lost the face
             continue
         try:
             values = [float(row[column].replace(",", ".")) for column in columns]
@@ -291,10 +296,11 @@ def _rows_of_csv(path: Path, header: list[str], rows: Iterator[list[str]]) -> _T
             raise MotionError.about(f"{path} row {number}", found="NaN, infinity or beyond 1e6")
         table.append(values)
         clocks.append("" if clock is None else row[clock])
-    notes = (f"{path.name}: left out {', '.join(others[:6])}: no curves of the head",)
+    notes = [f"{path.name}: left out {', '.join(others[:6])}: no curves of the head"] * bool(others)
+    notes += [f"{path.name}: {lost} rows hold no values and are left out"] * bool(lost)
     times = None if clock is None else _times(clocks)
     rows_of = np.array(table, np.float64).reshape(-1, len(columns))
-    return _Table(names, rows_of, times, None, notes if others else ())
+    return _Table(names, rows_of, times, None, tuple(notes))
 
 
 def _times(clocks: list[str]) -> Float64Array | None:
@@ -309,15 +315,17 @@ def _times(clocks: list[str]) -> Float64Array | None:
 
 
 def _seconds(codes: Float64Array) -> Float64Array | None:
-    """Of hours, minutes, seconds and frames: sixtieths, or as many as a second is seen to have."""
+    """Of hours, minutes, seconds and frames: sixtieths, or those with which steps are regular."""
     if not np.isfinite(codes).all() or not len(codes):
         return None
-    base, whole = SIXTIETHS, codes[:, 2]
-    if np.ptp(whole) > 1:
-        most = float(np.floor(codes[:, 3].max()))
-        base = next((each for each in (24, 25, 30, 48, 50, 60, 120, 240) if each > most), SIXTIETHS)
-    times = codes @ [3600, 60, 1, 1 / base]
-    return np.unwrap(times, period=86_400.0)
+    most, best, found = float(np.floor(codes[:, 3].max())), -1.0, None
+    for base in (SIXTIETHS, 24, 25, 30, 48, 50, 120, 240):
+        times = np.unwrap(codes @ [3600, 60, 1, 1 / base], period=86_400.0)
+        steps = np.diff(times)
+        regular = float(np.isclose(steps, np.median(steps), atol=1e-4).mean()) if len(steps) else 0
+        if base > most and regular > best:
+            best, found = regular, times
+    return found
 
 
 def _in_seconds(times: Float64Array) -> Float64Array | None:

@@ -17,7 +17,7 @@ class DelimitedTable:
     Parameters
     ----------
     names : tuple of str
-        Its first row, in small letters.
+        Its first row, in small letters, with _ for spaces.
     delimiter : str
         What parts its cells.
     body : str
@@ -42,7 +42,7 @@ class DelimitedTable:
         else:
             stream.seek(0)
         rows = csv.reader(stream, delimiter=delimiter)
-        names = tuple(name.strip().lower() for name in next(rows, []))
+        names = tuple(name.strip().lower().replace(" ", "_") for name in next(rows, []))
         return cls(names, delimiter, stream.read(), skipped)
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:

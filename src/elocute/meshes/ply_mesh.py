@@ -369,7 +369,9 @@ def _colors(columns: _Columns) -> NDArray[np.uint8] | None:
     for names in COLOR_NAMES:
         if set(names) <= set(columns):
             values = np.stack([columns[name].values for name in names], axis=1)
-            return color_bytes(values, columns[names[0]].kind)
+            kind = columns[names[0]].kind
+            # In texts bytes are declared for shares of one.
+            return color_bytes(values, kind if np.array_equal(values, np.floor(values)) else "f4")
     return None
 
 

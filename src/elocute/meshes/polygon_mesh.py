@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,10 @@ from numpy.typing import NDArray
 
 from elocute.errors import InputError
 
+DENT = 0.01
+"""Sine of the turn inwards from which on a polygon is not cut from its first corner."""
+CUTS_MAX = 100_000
+"""Of trials, of which a polygon takes the square of its corners."""
 UNIT_TOP, BYTE_TOP, WORD_TOP = 2.0, 255.5, 65535.0
 """Colours up to the first are shares of 1, which some programs overshoot; then bytes, words."""
 BRIGHT_SHARE = 0.99
@@ -61,20 +66,75 @@ class PolygonMesh:
     def fan(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Triangles as rows of `corners` (triangle, 3), and the face of each (triangle,).
 
-        A polygon is cut from its first corner; one of two corners or fewer has no triangle.
+        A polygon is cut from its first corner, one that has a corner turned inwards so that its
+        triangles cover it; one of two corners or fewer has no triangle.
         """
         counts = np.maximum(self.sizes - 2, 0)
+        starts, ends = np.cumsum(self.sizes) - self.sizes, np.cumsum(counts)
         face = np.repeat(np.arange(len(counts)), counts)
-        first = np.repeat(np.cumsum(self.sizes) - self.sizes, counts)
-        step = np.arange(len(face)) - np.repeat(np.cumsum(counts) - counts, counts)
-        return np.stack([first, first + step + 1, first + step + 2], axis=1), face
+        step = np.arange(len(face)) - np.repeat(ends - counts, counts)
+        offsets = np.stack([np.zeros_like(step), step + 1, step + 2], axis=1)
+        for one in self._dented():
+            places = self.vertices[self.corners[starts[one] : starts[one] + self.sizes[one]]]
+            offsets[ends[one] - counts[one] : ends[one]] = _ears(places)
+        return np.repeat(starts, counts)[:, None] + offsets, face
+
+    def _dented(self) -> NDArray[np.int64]:
+        """Faces of which a corner is turned inwards, as many as are cut in a few seconds."""
+        faces = np.flatnonzero(self.sizes > 3)
+        sizes = self.sizes[faces]
+        ends = np.cumsum(sizes)
+        face = np.repeat(np.arange(len(faces)), sizes)
+        within = np.arange(len(face)) - (ends - sizes)[face]
+        starts = (np.cumsum(self.sizes) - self.sizes)[faces][face]
+        before, here, after = (
+            self.vertices[self.corners[starts + (within + step) % sizes[face]]]
+            for step in (-1, 0, 1)
+        )
+        turn = np.cross(here - before, after - here)
+        first = self.vertices[self.corners[starts]]
+        areas = np.cross(here - first, after - first)
+        normal = np.stack([np.bincount(face, areas[:, n], len(faces)) for n in range(3)], axis=1)
+        inwards = (turn * normal[face]).sum(axis=1)
+        least = np.linalg.norm(here - before, axis=1) * np.linalg.norm(after - here, axis=1)
+        dents = inwards < -DENT * least * np.linalg.norm(normal[face], axis=1)
+        found = faces[np.unique(face[dents])]
+        return found[np.cumsum(self.sizes[found] ** 2) <= CUTS_MAX]
 
     def quads(self) -> NDArray[np.int64]:
-        """(face, 4) vertices of polygons; triangles repeat their last, larger ones are cut off."""
+        """(face, 4) vertices of polygons; triangles repeat their last. Where there are larger
+        ones, all are triangles."""
+        if (self.sizes > 4).any():
+            return self.triangles[:, [0, 1, 2, 2]]
         starts = np.cumsum(self.sizes) - self.sizes
         whole = self.sizes > 2
         last = np.minimum(np.arange(4), self.sizes[whole, None] - 1)
         return self.corners[starts[whole, None] + last]
+
+
+def _ears(places: NDArray[np.float64]) -> list[tuple[int, int, int]]:
+    """Triangles of one polygon (corner, 3): one after the other those of three corners in a row
+    that turn outwards and have no other corner between them."""
+    normal = np.cross(places - places[0], np.roll(places, -1, axis=0) - places[0]).sum(axis=0)
+    left, found = list(range(len(places))), list[tuple[int, int, int]]()
+
+    def turn(a: Any, b: Any, c: Any) -> Any:
+        return np.cross(places[b] - places[a], places[c] - places[b]) @ normal
+
+    def is_ear(at: int) -> bool:
+        ear = left[at - 1], left[at], left[(at + 1) % len(left)]
+        apart = (places[left][:, None] != places[list(ear)]).any(axis=2).all(axis=1)
+        others = np.array(left)[apart]
+        sides = [turn(a, b, others) >= 0 for a, b in pairwise((*ear, ear[0]))]
+        return bool(turn(*ear) > 0 and not np.all(sides, axis=0).any())
+
+    while len(left) > 3:
+        at = next(filter(is_ear, range(len(left))), None)
+        if at is None:
+            break
+        found.append((left[at - 1], left[at], left[(at + 1) % len(left)]))
+        del left[at]
+    return found + [(left[0], b, c) for b, c in pairwise(left[1:])]
 
 
 def checked_mesh(

@@ -18,7 +18,12 @@ class ArticulationModel(StyledAsRules):
     decoder_lookahead_s = LOOKAHEAD_S
 
     def feature_streams(
-        self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
+        self,
+        sample_rate: int,
+        *,
+        contacts: bool = True,
+        level: SoundLevel | None = None,
+        live: bool = False,
     ) -> FeatureStreams:
         return FeatureStreams(PhonePosteriorStream(sample_rate))
 

@@ -6,6 +6,7 @@ rests and exporters follow as for every other model.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -61,6 +62,7 @@ class CrnnModel:
 
     styles: tuple[str, ...] = ()
     components: tuple[str, ...] = ()
+    live_lookahead_s = math.inf
 
     def __init__(self, path: str | Path = SHIPPED, session: Any = None) -> None:
         self.network = CrnnNetwork(path, session)
@@ -130,7 +132,12 @@ class CrnnModel:
         )
 
     def feature_streams(
-        self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
+        self,
+        sample_rate: int,
+        *,
+        contacts: bool = True,
+        level: SoundLevel | None = None,
+        live: bool = False,
     ) -> FeatureStreams:
         contacts = contacts and self.makes_contacts
         if self.encoder == MEL:

@@ -32,14 +32,20 @@ from elocute.speech.times.labels import Label, PhoneRefiner
 class Hearing:
     """One pass of a trunk over a sound, and its phones as a stream, unless nobody asks for them."""
 
-    def __init__(self, network: TrunkNetwork, sample_rate: int, *, phones: bool = True) -> None:
+    def __init__(
+        self, network: TrunkNetwork, sample_rate: int, *, phones: bool = True, live: bool = False
+    ) -> None:
         self._resampled, self._kept = ResamplingStream(sample_rate, SPEECH_RATE), phones
-        self._trunk = TrunkStream(network)
+        self._trunk = TrunkStream(network, live=live)
         self.phones = HeardPhones()
 
     def push(self, samples: Float32Array) -> TrunkRows:
         """Take a block of sound; the rows that are certain now."""
         return self._answered(self._trunk.push(self._resampled.push(samples)))
+
+    def coming_phones(self) -> Float32Array:
+        """(row, 40) log-posteriors of what comes behind the last row that was given."""
+        return self._trunk.coming_phones
 
     def flush(self) -> TrunkRows:
         """End the sound: the rows that were waiting for more of it."""

@@ -81,7 +81,12 @@ class KarrasModel(VocaModel):
         return RESAMPLING_S + row_s + self.decoder_lookahead_s
 
     def feature_streams(
-        self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
+        self,
+        sample_rate: int,
+        *,
+        contacts: bool = True,
+        level: SoundLevel | None = None,
+        live: bool = False,
     ) -> FeatureStreams:
         return FeatureStreams(
             AutocorrelationStream(sample_rate, level),

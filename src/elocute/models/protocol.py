@@ -6,7 +6,7 @@ of weights or curves for a stretch of those. A whole recording is a stream fed o
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -69,11 +69,15 @@ class SpeechFeatures:
     known : bool
         Whether the phones are known instead of recognised; in words that were not found in the
         sound they are still as heard.
+    live : bool
+        Whether they end where the sound is not yet known, instead of where it ends. Phones may then
+        go further than the features.
     """
 
     features: Features
     phones: Features | None = None
     known: bool = False
+    live: bool = False
 
 
 class FeatureStream(Protocol):
@@ -111,10 +115,14 @@ class FeatureStream(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class FeatureStreams:
-    """A model's features, and phones where it needs them besides."""
+    """A model's features, and phones where it needs them besides.
+
+    coming_phones: gives (row, 40) that are heard already behind the last row of `phones`.
+    """
 
     features: FeatureStream
     phones: FeatureStream | None = None
+    coming_phones: Callable[[], Float32Array] | None = None
 
 
 class SpeechModel(Protocol):
@@ -143,6 +151,9 @@ class SpeechModel(Protocol):
         encoder needs the whole sound first.
     decoder_lookahead_s : float
         The part of it by which features must lead a frame, s.
+    live_lookahead_s : float
+        The same for frames of a live sound that are wanted before they are certain; infinite where
+        it gives none.
     needs_sound_level : bool
         Whether it normalises by the level of the whole sound where that is known beforehand.
     makes_contacts : bool
@@ -172,6 +183,8 @@ class SpeechModel(Protocol):
         """The part of `lookahead_s` by which features must lead a frame."""
         ...
 
+    @property
+    def live_lookahead_s(self) -> float: ...
     @property
     def needs_sound_level(self) -> bool: ...
     @property
@@ -214,7 +227,12 @@ class SpeechModel(Protocol):
         ...
 
     def feature_streams(
-        self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
+        self,
+        sample_rate: int,
+        *,
+        contacts: bool = True,
+        level: SoundLevel | None = None,
+        live: bool = False,
     ) -> FeatureStreams:
         """New streams for one sound.
 
@@ -226,6 +244,8 @@ class SpeechModel(Protocol):
             Whether phones are wanted too, where `curves` makes contacts from them.
         level : (float, float), optional
             Mean and peak of the whole sound, where known.
+        live : bool
+            Whether rows are wanted after `live_lookahead_s`; never where that is infinite.
 
         Raises
         ------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Mapping
 
@@ -53,6 +54,10 @@ class StyledAsRules:
     @property
     def vertex_count(self) -> int:
         return load_builtin_head().vertex_count
+
+    @property
+    def live_lookahead_s(self) -> float:
+        return math.inf
 
     @property
     def lookahead_s(self) -> float:

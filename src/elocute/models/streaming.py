@@ -1,7 +1,8 @@
 """Live speech: blocks of sound in, frames of curves out, each as soon as it is certain.
 
 Features are kept for `HISTORY_S` behind the last frame, so that memory stays bounded; a frame is
-computed from that stretch exactly as it would be from the whole sound.
+computed from that stretch exactly as it would be from the whole sound. With a `lookahead` frames do
+not wait for all that bears on them: each is made from what is known so far, and is not taken back.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Unpack
 
@@ -52,10 +53,17 @@ from elocute.numerics.input_checks import (
 )
 from elocute.numerics.quaternions import no_turn
 from elocute.numerics.resampling import frames_in
+from elocute.numerics.smoothing import smoothstep
 from elocute.one_line_repr import brief
 from elocute.settings import setting_of, taking
 
 INT16_SCALE = 1 / 32768
+EXACT = "exact"
+LOOKAHEAD_MAX_S = 10.0
+BEGIN_S = 0.3
+PIECES_PER_S = 50
+STILL = np.zeros((1, len(CHANNELS)), np.float32)
+"""A row of life before any was heard."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +124,8 @@ class CurveStream:
         "auto", or "off" for the model's bare output.
     mix : str
         "output" or "input", as `animate` takes it.
+    lookahead : float or str
+        How much later than its time a frame comes, s; "exact" waits for all that bears on it.
 
     Raises
     ------
@@ -134,6 +144,7 @@ class CurveStream:
         level: SoundLevel | None = None,
         contacts: str = "auto",
         mix: str = "output",
+        lookahead: float | str = EXACT,
     ) -> None:
         AnimationSettings(fps=fps, strength=strength, contacts=contacts, mix=mix)
         self._contacts = lays_contacts(contacts)
@@ -142,7 +153,12 @@ class CurveStream:
         self._style = model.style(checked_style(style), outputs=mixes_outputs(mix))
         self._strength = strength
         _check_level(level)
-        streams = model.feature_streams(self.sample_rate, contacts=self._contacts, level=level)
+        self._lookahead_s = _live_lookahead(model, lookahead)
+        self._live = self._lookahead_s is not None
+        streams = model.feature_streams(
+            self.sample_rate, contacts=self._contacts, level=level, live=self._live
+        )
+        self._coming_phones = streams.coming_phones
         self._features = _FeatureBuffer(streams.features)
         self._phones = None if streams.phones is None else _FeatureBuffer(streams.phones)
         self._samples = self._frames = 0
@@ -152,7 +168,12 @@ class CurveStream:
     @property
     def lookahead_s(self) -> float:
         """How much sound after its own time a frame waits for, s."""
-        return self.model.lookahead_s
+        return self.model.lookahead_s if self._lookahead_s is None else self._lookahead_s
+
+    @property
+    def is_live(self) -> bool:
+        """Whether frames are made from what is known so far."""
+        return self._live
 
     @property
     def frames_given(self) -> int:
@@ -189,10 +210,25 @@ class CurveStream:
         if self._ended:
             raise AudioError("stream: found sound after its end; allowed: a new stream")
         block = checked_block(samples, self.sample_rate, self._samples)
+        if not self._live:
+            return self._heard(block)
+        # Each piece gives one row or none, so that a frame knows as much however sound is cut.
+        size = self.sample_rate // PIECES_PER_S
+        pieces = np.split(block, range(size - self._samples % size, len(block), size))
+        made = [each for piece in pieces if (each := self._heard(piece)) is not None]
+        if not made:
+            return None
+        return replace(made[0], values=np.concatenate([each.values for each in made]))
+
+    def _heard(self, block: Float32Array) -> Curves | None:
+        """The frames that are certain, or can be made, with another block."""
         self._samples += len(block)
         for buffer in self._buffers:
             buffer.push(block)
-        certain_s = min(buffer.known_s for buffer in self._buffers) - self.model.decoder_lookahead_s
+        waiting_s = self.model.decoder_lookahead_s
+        if self._lookahead_s is not None:
+            waiting_s = self._lookahead_s - self.model.live_lookahead_s
+        certain_s = min(buffer.known_s for buffer in self._buffers) - waiting_s
         count = math.floor(certain_s * self.fps) + 1 - self._frames
         return self._answer(count) if count > 0 else None
 
@@ -225,8 +261,11 @@ class CurveStream:
 
     def _answer(self, count: int) -> Curves:
         span = FrameSpan(self._frames, count, self.fps)
-        phones = None if self._phones is None else self._phones.features
-        speech = SpeechFeatures(self._features.features, phones)
+        phones, live = None if self._phones is None else self._phones.features, self._live
+        if phones is not None and self._coming_phones is not None and not self._ended:
+            known = np.concatenate([phones.values, self._coming_phones()])
+            phones = replace(phones, values=known)
+        speech = SpeechFeatures(self._features.features, phones, live=live)
         curves = self.model.curves(
             speech, self._style, span, self._strength, contacts=self._contacts
         )
@@ -291,15 +330,19 @@ class Stream:
         self._lock = threading.RLock()
         self._waiting: list[Curves] = []
         self._life: LifeStream | None = None
-        self._rows, self._first_row = np.zeros((1, len(CHANNELS)), np.float32), 0
+        self._rows, self._first_row = STILL, 0
+        self._late = 0  # frames by which life follows a mouth that does not wait for it
         if face is not None and face.listens:
             self._life, self._rows = face.stream(curves.sample_rate), self._rows[:0]
+            if curves.is_live:
+                waited_s = self._life.lookahead_s - curves.lookahead_s
+                self._late = max(0, math.ceil(waited_s * curves.fps))
 
     @property
     def lookahead_s(self) -> float:
         """How much sound after its own time a frame waits for, s."""
-        waits = [self._curves.lookahead_s]
-        return max(waits if self._life is None else [*waits, self._life.lookahead_s])
+        mouth_s = self._curves.lookahead_s
+        return mouth_s if self._life is None or self._late else max(mouth_s, self._life.lookahead_s)
 
     def push(
         self, samples: NDArray[np.floating] | NDArray[np.int16], *, listen: bool = False
@@ -337,7 +380,7 @@ class Stream:
             return self._frames(self._curves.frames_given)
         self._rows = np.concatenate([self._rows, self._life.push(block, listen)])
         lively = (self._first_row + len(self._rows) - 1) * self._curves.fps / self._life.rate
-        return self._frames(min(self._curves.frames_given, math.floor(lively)))
+        return self._frames(min(self._curves.frames_given, math.floor(lively) + self._late))
 
     def flush(self) -> Iterator[Frame]:
         """End the sound.
@@ -372,12 +415,16 @@ class Stream:
         self._given = until
         curves, rotations = Curves(values[:count], names, fps), no_turn(count, 0)
         if self._face is not None:
-            rows = rows_of_frames(self._rows, self._first_row, first, count, fps)
+            heard = self._rows if len(self._rows) else STILL
+            rows = rows_of_frames(heard, self._first_row, first - self._late, count, fps)
+            if self._late:  # before anything is known of it, life begins slowly
+                known_s = (np.arange(first, first + count) - self._late) / fps
+                rows = rows * smoothstep(np.clip(known_s / BEGIN_S, 0, 1))[:, None]
             head = self._face.head
             curves = self._face.curves(curves, rows).select(head.expression_names)
             turned = self._face.rotations(rows)
             rotations = no_turn(count, len(head.joint_names)) if turned is None else turned
-            self._forget_before(math.floor(until * ROW_RATE / fps))
+            self._forget_before(math.floor((until - self._late) * ROW_RATE / fps))
         return iter(
             [
                 Frame((first + place) / fps, curves.names, row, turns)
@@ -402,6 +449,7 @@ def stream(
     fps: float = 60.0,
     *,
     level: SoundLevel | None = None,
+    lookahead: float | str = EXACT,
     **settings: Unpack[StreamOptions],
 ) -> Stream:
     """Animate speech while it comes in.
@@ -419,6 +467,10 @@ def stream(
         Frames per second, 1 to 240; 29.97 is taken for 30000/1001.
     level : (float, float), optional
         Mean and peak of the whole sound, where known: the recurrent model normalises by them.
+    lookahead : float or str
+        How much later than its time a frame comes, s: 0.3 and more for "talkers", whose frames are
+        then made from what is known so far. "exact" waits for all that bears on a frame, 1.5 s, and
+        gives what `animate` gives.
 
     Returns
     -------
@@ -455,11 +507,25 @@ def stream(
         level=level,
         contacts=take.contacts,
         mix=take.mix,
+        lookahead=lookahead,
     )
     person = person_of(resolve_identity(identity_choice(take.identity))).drawn(take.seed)
     if not opened.makes_contacts:
         return Stream(curves, None)
     return Stream(curves, LivingFace(load_builtin_head(), alive, feeling, person))
+
+
+def _live_lookahead(model: SpeechModel, lookahead: float | str) -> float | None:
+    """A look-ahead in s, None where frames are exact. Raises InputError."""
+    if lookahead == EXACT:
+        return None
+    given, least = real_number(lookahead), model.live_lookahead_s
+    if given is None or not least <= given <= LOOKAHEAD_MAX_S:
+        allowed = f"exact ({model.name})"
+        if math.isfinite(least):
+            allowed = f"exact, or {math.ceil(100 * least) / 100:g} to {LOOKAHEAD_MAX_S:g} s"
+        raise InputError.about("`lookahead`", found=brief(lookahead), allowed=allowed)
+    return given
 
 
 def _check_level(level: SoundLevel | None) -> None:

@@ -28,6 +28,7 @@ from elocute.articulation.contact_decoding import (
     POOLS,
     SEALED,
     Contact,
+    contact_states,
     contact_track,
     decoded_contacts,
     known_contacts,
@@ -41,7 +42,13 @@ from elocute.articulation.driver import (
 )
 from elocute.articulation.mouth_solver import ROUNDED, AskedMouth, mouth_curves
 from elocute.articulation.phone_targets import curve_names
-from elocute.articulation.rest import EDGE_S, KNOWN_EDGE_S, breath_share, rest_share
+from elocute.articulation.rest import (
+    EDGE_S,
+    KNOWN_EDGE_S,
+    breath_share,
+    live_rest_share,
+    rest_share,
+)
 from elocute.articulation.style import Style
 from elocute.audio.resampling_stream import RESAMPLING_S
 from elocute.encoders.phones_and_visemes import PHONES, SILENCE
@@ -150,11 +157,21 @@ class TalkersModel(StyledAsRules):
     def lookahead_s(self) -> float:
         return RESAMPLING_S + trunk_lookahead_s(self.network) + self.decoder_lookahead_s
 
+    @property
+    def live_lookahead_s(self) -> float:
+        return RESAMPLING_S + trunk_lookahead_s(self.network, live=True)
+
     def feature_streams(
-        self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
+        self,
+        sample_rate: int,
+        *,
+        contacts: bool = True,
+        level: SoundLevel | None = None,
+        live: bool = False,
     ) -> FeatureStreams:
-        hearing = Hearing(self.network, sample_rate)
-        return FeatureStreams(HeardMouth(hearing), hearing.phones)
+        hearing = Hearing(self.network, sample_rate, live=live)
+        coming = hearing.coming_phones if live else None
+        return FeatureStreams(HeardMouth(hearing), hearing.phones, coming)
 
     def curves(
         self,
@@ -183,11 +200,14 @@ class TalkersModel(StyledAsRules):
         if contacts:
             silence, starts = posteriors[:, SILENCE], phones.first == 0
             edge_s = KNOWN_EDGE_S if speech.known else EDGE_S
-            rest = rest_share(silence, phones.rate, starts=starts, edge_s=edge_s)[near]
-            breath = breath_share(silence, phones.rate, starts=starts, edge_s=edge_s)[near]
+            if speech.live:
+                rest = live_rest_share(silence, phones.rate)[near]
+            else:
+                rest = rest_share(silence, phones.rate, starts=starts, edge_s=edge_s)[near]
+                breath = breath_share(silence, phones.rate, starts=starts, edge_s=edge_s)[near]
         since_first = times - phones.first / phones.rate
         row_times = np.arange(begin - phones.first, stop - phones.first) / phones.rate
-        met = [_contacts(speech, posteriors, k) if contacts else [] for k in (SEALED, AT_TEETH)]
+        met = _contacts(speech, posteriors) if contacts else {SEALED: [], AT_TEETH: []}
         asked = AskedMouth(
             wanted_mm=self._wanted_mm(told, style),
             rounding=_rounding(rules, known=speech.known),
@@ -202,7 +222,7 @@ class TalkersModel(StyledAsRules):
         rows = mouth_curves(rules, asked, style, strength)
         places = frame_places(span.first, span.count, phones.rate, span.fps) - begin
         found = Curves(np.clip(read_rows(rows, places), 0, 1), curve_names(), span.fps)
-        seals, teeth = (contact_track(each, since_first) for each in met)
+        seals, teeth = (contact_track(met[kind], since_first) for kind in (SEALED, AT_TEETH))
         return finish_decoded(found, seals, teeth, style)
 
     def _told(self, speech: SpeechFeatures, rules: Float32Array, begin: int) -> Float32Array:
@@ -283,11 +303,16 @@ def rule_curves(log_posteriors: FloatArray, first_row: int, begin: int, count: i
     return bare.select(curve_names()).values
 
 
-def _contacts(speech: SpeechFeatures, posteriors: Float32Array, kind: int) -> list[Contact]:
-    phones = speech.phones or speech.features
+def _contacts(speech: SpeechFeatures, posteriors: Float32Array) -> dict[int, list[Contact]]:
+    """Of both kinds, in seconds since the first row of phones."""
+    phones, kinds = speech.phones or speech.features, (SEALED, AT_TEETH)
     if speech.known:
-        return known_contacts(posteriors, phones.rate, kind)
-    return decoded_contacts(posteriors, phones.rate, kind, phones.first)
+        return {kind: known_contacts(posteriors, phones.rate, kind) for kind in kinds}
+    states = contact_states(posteriors, phones.first)
+    return {
+        kind: decoded_contacts(posteriors, phones.rate, kind, phones.first, states)
+        for kind in kinds
+    }
 
 
 def _at_tempo(z: Float64Array, style: Style) -> Float64Array:

@@ -9,6 +9,7 @@ weights apply to; nothing in it is executed but the network.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -111,6 +112,7 @@ class VocaModel:
     kind = "voca"
     least_rows = REACH  # that the network takes
     needs_sound_level = False
+    live_lookahead_s = math.inf
 
     def __init__(self, path: str | Path = SHIPPED, session: Any = None) -> None:
         self.path = SHIPPED_PATH if str(path) == SHIPPED else Path(path)
@@ -213,7 +215,12 @@ class VocaModel:
         return mix_of_shares(share_vector(shares, self.styles, self.name), outputs=outputs)
 
     def feature_streams(
-        self, sample_rate: int, *, contacts: bool = True, level: SoundLevel | None = None
+        self,
+        sample_rate: int,
+        *,
+        contacts: bool = True,
+        level: SoundLevel | None = None,
+        live: bool = False,
     ) -> FeatureStreams:
         if self.record.encoder == "phones":
             return FeatureStreams(PhonePosteriorStream(sample_rate))

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,9 +139,9 @@ def fit_controls(
     columns = [head.expression_index(name) for name in names]
     curves = motion.weights[:, columns].astype(np.float64)
     mixes = np.array([[look.get(name, 0.0) for name in names] for look in looks], np.float64)
-    parts, rows = _rows(head, columns)
+    skin, counted, places = _skin(head, names)
     plain, sides, low, high = (
-        _alike(curves, mixes, looks, names, rows) if given is None else _near(given, looks)
+        _alike(curves, mixes, looks, names, counted) if given is None else _near(given, looks)
     )
     seals = _seals(dict(zip(names, curves.T, strict=True)), measure_mouth(motion)["opening_mm"])
     sealed = [VISEME_SHAPES["PP"].get(name, 0.0) for name in names]
@@ -165,8 +165,7 @@ def fit_controls(
         last = solve_box_sum(plain + share * close, side, *bounds, mouths[free], whole, last)
         weights[frame, free] = last
     off = weights @ mixes - curves
-    places = max(1, parts.shape[1] // 3)
-    squares = np.einsum("fc,cd,fd->f", off, parts @ parts.T, off) / places
+    squares = np.einsum("fc,cd,fd->f", off, skin, off) / places
     had, open_mm = (1000 * each.mean(axis=1) for each in (weights @ effects, wanted))
     return ControlFit(
         weights.astype(np.float32),
@@ -186,10 +185,10 @@ def _alike(
     mixes: Float64Array,
     looks: Sequence[dict[str, float]],
     names: tuple[str, ...],
-    rows: Float64Array,
+    counted: Float64Array,
 ) -> _Wish:
     """Weights with which the skin looks as it does in the motion."""
-    skin = LIKENESS * rows @ rows.T  # (curve, curve): all that the fit needs of the mesh
+    skin = LIKENESS * counted
     plain = mixes @ skin @ mixes.T
     mean = float(np.trace(plain)) / max(1, len(plain))
     plain[np.diag_indices_from(plain)] += RIDGE * mean
@@ -255,11 +254,15 @@ def _seals(curves: dict[str, Float64Array], opening_mm: Float32Array) -> Float64
     return near * np.clip(np.maximum(pressed, closed), 0, 1)
 
 
-def _rows(head: HeadModel, columns: list[int]) -> tuple[Float64Array, Float64Array]:
-    """What the shapes of a mouth do to the skin, m, and as it counts."""
+@lru_cache(maxsize=1)
+def _skin(head: HeadModel, names: tuple[str, ...]) -> tuple[Float64Array, Float64Array, int]:
+    """(curve, curve) products of what the shapes of a mouth do to the skin, m², plain and as places
+    count, and how many places there are: all that a fit needs of the mesh."""
+    columns = [head.expression_index(name) for name in names]
     basis = head.expression_basis[columns].astype(np.float64)
     moved = np.linalg.norm(basis, axis=2).max(axis=0) > MOVED_M
     lips = np.zeros(head.vertex_count)
     lips[head.regions.get("lips", [])] = 1
     parts = basis[:, moved].reshape(len(columns), -1)
-    return parts, parts * np.repeat(1 + (LIPS - 1) * lips[moved], 3)
+    rows = parts * np.repeat(1 + (LIPS - 1) * lips[moved], 3)
+    return parts @ parts.T, rows @ rows.T, max(1, int(moved.sum()))

@@ -11,9 +11,11 @@ longer than its picture, 29 frames at 25 a second, with which it begins.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import re
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -39,7 +41,8 @@ VALIDATION_SHARE, TEST_SHARE = 0.1, 0.1
 class WordRecording:
     """One recording of one word; paths are relative to the folder of recordings.
 
-    timing: a .txt as in LRW, or "" where the word fills the whole sound.
+    timing: a .txt as in LRW, or "" where the word fills the whole sound. made_of: another one where
+    the sound has another size or the .txt says something else.
     """
 
     clip: str
@@ -48,6 +51,7 @@ class WordRecording:
     split: str
     audio: str
     timing: str = ""
+    made_of: str = ""
 
 
 @dataclass(frozen=True)
@@ -97,6 +101,7 @@ class WordRecordings:
                     split=part or _split_of(speaker),
                     audio=name,
                     timing=timing.relative_to(self.folder).as_posix() if timing.is_file() else "",
+                    made_of=_made_of(path, timing),
                 )
             )
         repeated = _repeated(recordings)
@@ -204,6 +209,16 @@ def _files(folder: Path) -> Iterator[tuple[Path, str]]:
                     yield path / inner, FOLDERS[name]
         elif path.suffix.lower() in SUFFIXES:
             yield path, ""
+
+
+def _made_of(sound: Path, timing: Path) -> str:
+    with contextlib.suppress(OSError):  # what is wrong with a file is said where it is read
+        says = 0
+        if timing.is_file():
+            with timing.open("rb") as file:
+                says = zlib.crc32(file.read(TXT_MAX_BYTES))
+        return f"{sound.stat().st_size} {says:08x}"
+    return ""
 
 
 def _folder(name: str) -> str:

@@ -247,6 +247,25 @@ SETS = {
             "Z",
         ]
     ],
+    "FaceGen": [
+        f"Phoneme {each}"
+        for each in (
+            *("Aah", "B,M,P", "big aah", "ch,J,sh", "D,S,T", "ee", "eh", "F,V", "i", "K", "N"),
+            *("oh", "ooh,q", "R", "th", "W"),
+        )
+    ],
+    "Skyrim": [
+        *("Aah", "BigAah", "BMP", "ChJSh", "DST", "Eee", "Eh", "FV", "I", "K", "N", "Oh", "OohQ"),
+        *("R", "Th", "W"),
+    ],
+    "Roblox": [
+        *("JawDrop", "Pucker", "Funneler", "LipPresser", "LowerLipSuck", "UpperLipSuck"),
+        *("LipsTogether", "ChinRaiser", "ChinRaiserUpperLip", "LeftLipCornerPuller"),
+    ],
+    "SRanipal": [
+        *("Jaw_Open", "Mouth_Ape_Shape", "Mouth_Pout", "Mouth_Upper_Inside", "Mouth_Lower_Inside"),
+        *("Mouth_Upper_UpRight", "Mouth_Lower_DownLeft"),
+    ],
     "VRoid 0, she": [f"Face.M_F00_000_00_Fcl_MTH_{each}" for each in "AIUEO"],
     "VRoid 0, he": [f"Face.M_M00_001_00_Fcl_MTH_{each}" for each in "AIUEO"],
 }

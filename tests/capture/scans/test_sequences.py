@@ -22,6 +22,7 @@ from elocute.capture.motion_cleaning import (
 )
 from elocute.capture.scans.landmark_detection import SIDE, detect_landmarks
 from elocute.capture.scans.scan_checks import check_scans
+from elocute.capture.scans.scan_sequence import open_sequence
 from elocute.capture.scans_to_corpus import BatchSettings, capture_scans
 from elocute.capture.sequence_tracking import SequenceResult
 from elocute.capture.simulation.scan_simulator import ScanSimulator
@@ -88,6 +89,36 @@ def test_a_second_run_makes_nothing_again(
     after = {path.name: path.stat().st_mtime_ns for path in frames.iterdir()}
     assert [name for name in times if times[name] != after[name]] == ["000001.npz"]
     assert result.flagged == (3, 4) and open_corpus(output / "corpus").frame_count == 6
+
+
+def test_frames_whose_landmarks_were_edited_are_made_again(
+    captured: tuple[Path, list[SequenceResult]], spoiled: Path, tmp_path: Path
+):
+    """And those that start from them."""
+    folder, output = tmp_path / "sequence", tmp_path / "out"
+    shutil.copytree(spoiled, folder)
+    shutil.copytree(captured[0], output)
+    frames = output / "sequences" / "anna.ah" / "frames"
+    times = {path.name: path.stat().st_mtime_ns for path in sorted(frames.iterdir())}
+    path = folder / "landmarks" / "00004.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"confidence": [0.9] * 68}))
+    (result,) = capture_scans(folder, output, BatchSettings(jobs=1))
+    again = [name for name in times if times[name] != (frames / name).stat().st_mtime_ns]
+    assert again == ["000004.npz", "000005.npz"] and result.flagged == (3,)
+
+
+def test_what_a_frame_is_made_of_is_known_wherever_it_lies(spoiled: Path, tmp_path: Path):
+    folder = tmp_path / "sequence"
+    shutil.copytree(spoiled, folder)
+    before = [open_sequence(spoiled).digest(number) for number in (0, 5)]
+    assert [open_sequence(folder).digest(number) for number in (0, 5)] == before
+    data = bytearray((folder / "00005.ply").read_bytes())
+    data[-4] ^= 1  # another corner of the last triangle; the file is as large
+    (folder / "00005.ply").write_bytes(data)
+    assert open_sequence(folder).digest(0) == before[0]
+    assert open_sequence(folder).digest(5) != before[1]
+    (folder / "landmarks" / "00000.json").unlink()
+    assert open_sequence(folder).digest(0) != before[0]
 
 
 @pytest.mark.slow

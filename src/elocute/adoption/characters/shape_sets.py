@@ -45,10 +45,10 @@ OCULUS = {
     "ou": "ou",
 }
 _VOWELS: dict[str, Looks] = {
-    **dict.fromkeys(("a", "aa", "ai"), VISEME_SHAPES["aa"]),
+    **dict.fromkeys(("a", "aa", "ai", "aah", "bigaah"), VISEME_SHAPES["aa"]),
     **dict.fromkeys(("i", "ih", "iy"), VISEME_SHAPES["ih"]),
-    **dict.fromkeys(("u", "ou", "uw"), VISEME_SHAPES["ou"]),
-    **dict.fromkeys(("e", "ee", "eh", "ey"), VISEME_SHAPES["E"]),
+    **dict.fromkeys(("u", "ou", "uw", "oo", "ooh", "oohq"), VISEME_SHAPES["ou"]),
+    **dict.fromkeys(("e", "ee", "eee", "eh", "ey"), VISEME_SHAPES["E"]),
     **dict.fromkeys(("o", "oh", "ao"), VISEME_SHAPES["oh"]),
     "ae": _mixed(aa=0.7, E=0.35),
     "ah": _mixed(aa=0.55, E=0.1),
@@ -61,10 +61,10 @@ _VOWELS: dict[str, Looks] = {
 }
 _CONSONANTS: dict[str, Looks] = {
     **{name.lower(): VISEME_SHAPES[own] for name, own in OCULUS.items() if own in VISEME_SHAPES},
-    **dict.fromkeys(("p", "b", "m", "mbp", "pbm", "bmp", "mpb"), VISEME_SHAPES["PP"]),
+    **dict.fromkeys(("p", "b", "m", "mbp", "pbm", "bmp", "mpb", "mm"), VISEME_SHAPES["PP"]),
     **dict.fromkeys(("f", "v", "fv"), VISEME_SHAPES["FF"]),
     **dict.fromkeys(("dh", "thdh"), VISEME_SHAPES["TH"]),
-    **dict.fromkeys(("d", "t"), VISEME_SHAPES["DD"]),
+    **dict.fromkeys(("d", "t", "dst"), VISEME_SHAPES["DD"]),
     **dict.fromkeys(("k", "g", "ng", "h", "hh"), VISEME_SHAPES["kk"]),
     **dict.fromkeys(("sh", "zh", "jh", "j", "chj", "chjsh"), VISEME_SHAPES["CH"]),
     **dict.fromkeys(("s", "z"), VISEME_SHAPES["SS"]),
@@ -230,7 +230,7 @@ _FACS_SIDED = {
     ("AU15", "LipCornerDepressor"): "mouthFrown",
     ("AU16", "LowerLipDepressor"): "mouthLowerDown",
     ("AU20", "LipStretcher"): "mouthStretch",
-    ("AU24", "LipPressor"): "mouthPress",
+    ("AU24", "LipPressor", "LipPresser"): "mouthPress",
     ("AU43", "EyesClosed"): "eyeBlink",
     ("AU45", "Blink"): "eyeBlink",
     ("AU46", "Wink"): "eyeBlink",
@@ -238,9 +238,9 @@ _FACS_SIDED = {
 _FACS = {
     ("AU1", "InnerBrowRaiser"): {"browInnerUp": 1.0},
     ("AU17", "ChinRaiser", "ChinRaiserB"): {"mouthShrugLower": 1.0},
-    ("ChinRaiserT",): {"mouthShrugUpper": 1.0},
+    ("ChinRaiserT", "ChinRaiserUpperLip"): {"mouthShrugUpper": 1.0},
     ("AU18", "LipPucker", "LipPuckerer"): {"mouthPucker": 1.0},
-    ("AU22", "LipFunneler"): {"mouthFunnel": 1.0},
+    ("AU22", "LipFunneler", "Funneler"): {"mouthFunnel": 1.0},
     ("AU25", "LipsPart"): dict.fromkeys(both("mouthLowerDown", "mouthUpperUp"), 0.5),
     ("AU26", "JawDrop"): {"jawOpen": 1.0},
     ("AU27", "MouthStretch"): {"jawOpen": 1.0},
@@ -251,12 +251,16 @@ _FACS = {
 _OTHER: dict[tuple[str, ...], Looks] = {
     ("mouthOpen", "openMouth", "jawDown", "lowerJawDown"): {"jawOpen": 1.0},
     ("mouthOpenHalf_max",): {"jawOpen": 0.5},
-    ("MouthClosed", "LipsToward", "LipsTogether"): {"mouthClose": 1.0},
+    ("MouthClosed", "LipsToward", "LipsTogether", "MouthApeShape"): {"mouthClose": 1.0},
     ("jawFwd", "jawOut_max"): {"jawForward": 1.0},
-    ("JawSidewaysLeft",): {"jawLeft": 1.0},
-    ("JawSidewaysRight",): {"jawRight": 1.0},
-    ("LipSuckUpper", "UpperLipIn", "LipsUpperClose"): {"mouthRollUpper": 1.0},
-    ("LipSuckLower", "LowerLipIn", "LipsLowerClose"): {"mouthRollLower": 1.0},
+    ("JawSidewaysLeft", "JawSlideLeft"): {"jawLeft": 1.0},
+    ("JawSidewaysRight", "JawSlideRight"): {"jawRight": 1.0},
+    ("LipSuckUpper", "UpperLipIn", "UpperLipSuck", "LipsUpperClose", "MouthUpperInside"): {
+        "mouthRollUpper": 1.0
+    },
+    ("LipSuckLower", "LowerLipIn", "LowerLipSuck", "LipsLowerClose", "MouthLowerInside"): {
+        "mouthRollLower": 1.0
+    },
     ("MouthRaiserUpper", "ChinUpperRaise"): {"mouthShrugUpper": 1.0},
     ("MouthRaiserLower", "mouthLowerOut_max", "ChinLowerRaise"): {"mouthShrugLower": 1.0},
     ("mouthInflated_max", "Puff"): {"cheekPuff": 1.0},
@@ -268,7 +272,7 @@ _OTHER: dict[tuple[str, ...], Looks] = {
     ("eyesLookRight", "lookRight"): VRM_GAZE["lookRight"],
     ("smile",): both("mouthSmile"),
     ("frown", "MouthSad", "mouthSmile_min"): both("mouthFrown"),
-    ("pucker", "lipsPucker", "kiss"): {"mouthPucker": 1.0},
+    ("pucker", "lipsPucker", "kiss", "MouthPout"): {"mouthPucker": 1.0},
     ("funnel", "lipsFunnel", "LipFunnel"): {"mouthFunnel": 1.0},
     ("tongueUp", "tongueTipUp", "TongueTipAlveolar"): {"tongueTipUp": 1.0},
     ("TongueTipInterdental",): {"tongueDental": 1.0},

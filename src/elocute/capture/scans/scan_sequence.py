@@ -9,6 +9,9 @@ sound.wav            as named by "sound"
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
+import os
 import re
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -20,6 +23,7 @@ from elocute.files.json_records import read_record, write_record
 from elocute.motion.motion import FPS_MAX
 from elocute.registration.landmarks import (
     BESIDE_SUFFIXES,
+    FILE_MAX_BYTES,
     GOOD_MIN,
     Landmarks,
     no_landmarks,
@@ -33,6 +37,7 @@ FORMAT, VERSION = "elocute-scans", 1
 MANIFEST_MAX_BYTES = 1_000_000
 NUMBER_MAX = 1_000_000
 TEXT_MAX, NAME_MAX = 10_000, 200
+SAMPLE = 65_536
 
 
 @dataclass(frozen=True)
@@ -143,6 +148,23 @@ class ScanSequence:
                 allowed=f"{self.numbers[0]} to {self.numbers[-1]} but for the missing",
             )
         return self.files[self.numbers.index(number)]
+
+    def digest(self, number: int) -> str:
+        """Another one where the frame's landmarks were edited, or its scan replaced.
+
+        Of a scan its size and three samples are taken, since all of it would be hours of reading.
+        """
+        made_of, scan = hashlib.sha256(), self.file(number)
+        for path in filter(None, (scan, self.landmark_file(number))):
+            # What is wrong with a file is said where it is read.
+            with contextlib.suppress(OSError), path.open("rb") as file:
+                size = file.seek(0, os.SEEK_END)
+                made_of.update(f"{path.suffix} {size} ".encode())
+                starts = (0, size // 2, size - SAMPLE) if path == scan else (0,)
+                for start in starts:
+                    file.seek(max(0, start))
+                    made_of.update(file.read(SAMPLE if path == scan else FILE_MAX_BYTES))
+        return made_of.hexdigest()
 
     def scan(self, number: int) -> Scan:
         """The scan as it is in the file. Raises CaptureError."""

@@ -8,6 +8,7 @@ from types import ModuleType
 COMMANDS = (
     "animate",
     "say",
+    "live",
     "phones",
     "cues",
     "render",

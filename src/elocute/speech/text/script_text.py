@@ -2,33 +2,56 @@
 
 from __future__ import annotations
 
+import html
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from elocute.errors import InputError
 from elocute.files.reading import decoded_text, read_bytes
+from elocute.speech.times.labels import CLOCK
 
 ALLOWED = "a text in UTF-8 or UTF-16"
 NAMED_MAX = 4
+TIMED_SHARE = 3
+"""Where one line in so many has a time, and more than one has, nobody says them."""
 NEAR = 40
 """Letters before and after an aside that say whether it stands between sentences."""
 ENDS = '.!?…:"”'
 _SSML = re.compile(r"\s*(?:<\?xml[^>]*>\s*)?(?:<!DOCTYPE[^>]*>\s*)?<speak[\s>]")
+# Of SSML, and of pages, where no <speak> is around it.
+_TAG = re.compile(
+    r"</?(?:[\w-]{1,20}:)?(break|p|s|br|div|voice|bookmark|mark|emphasis|prosody|phoneme|say-as|sub|"
+    r"audio|lang|w|b|i|u|em|strong|span|font|express-as|speak|effect)(?:\s[^<>]{0,500})?/?>",
+    re.IGNORECASE,
+)
+_ALIAS = re.compile(r"<sub\s+alias=(?:\"([^\"<>]*)\"|'([^'<>]*)')\s*>[^<>]*</sub>", re.IGNORECASE)
 _PREFIX = re.compile(r"(</?)[\w.-]{1,40}:")
 _MARKUP = re.compile(
     r"\s*(?:<\?xml|<tt\b|<!doctype|<html\b|<sami\b|\{\d+\}\{\d+\}|\[script info\](?!.*^dialogue:))",
     re.IGNORECASE | re.MULTILINE | re.DOTALL,
 )
+_TIMES = re.compile(r'\s*(?:File type = "ooText|\[?\s*\{\s*"\w+"\s*:)')
 _NOT_SAID = ("desc", "metadata", "lexicon", "meta")
-_PARTED = ("p", "s", "break", "voice", "paragraph", "sentence")
+_PARTED = ("p", "s", "break", "voice", "paragraph", "sentence", "br", "div")
 # `BOB:`, `BOB (whispers):`, `Bob:`, `Speaker 2:` at the start of a line.
 _NAME = re.compile(
     r"^[ \t>*-]*([^\W\d_][\w.'’-]*(?: [\w.'’#&-]+){0,3})[ \t]*"
     r"(?:\([^()\n]*\)[ \t]*)?(?::[ \t]+|：[ \t]*)",
     re.MULTILINE,
 )
+# When a line is said: 0:03 of YouTube, [00:03] Bob, before it or alone; `Bob  0:03` of Otter and
+# `Bob (00:03):` of Rev above it.
+_TIMED_LINE = re.compile(
+    rf"^[ \t]*(?:(?:[^\W\d_][\w.'’-]*(?: [\w.'’#&-]+){{0,3}})(?:[ \t]{{2,9}}|[ \t]?(?=[(\[]))"
+    rf"[(\[]?{CLOCK}[)\]]?:?[ \t]*$"
+    rf"|[(\[]?{CLOCK}(?: ?(?:-->|[-–]) ?{CLOCK})?[)\]]?(?:[ \t]?[-–:])?(?:[ \t]+|$))",
+    re.MULTILINE,
+)
+_LINK = re.compile(r"!?\[([^\[\]]*)\]\((?:\w{2,9}:|[/#.])[^()\s]*\)")
+_HEADING = re.compile(r"^#{1,6}[ \t]+", re.MULTILINE)
+_SCENE = re.compile(r"^[ \t]*(?:INT|EXT|EST|I/E)[./ ][^a-z\n]*$", re.MULTILINE)
 # A screenplay has the name in a line of its own, after an empty one and before what is said.
 _CUE_LINE = re.compile(
     r"(?:\A|(?<=\n\n))[ \t]*([^\W\da-z_][^\Wa-z_]*(?:[ .'’-]{1,2}[^\Wa-z_]+){0,3})[ \t]*"
@@ -36,6 +59,7 @@ _CUE_LINE = re.compile(
 )
 _BRACKETS = re.compile(r"\[[^\[\]]*\]|【[^【】]*】")
 _ASIDE = re.compile(r"[(（]([^()（）]{1,80})[)）]")
+_STARRED = re.compile(r"\*([^*\n]{1,80})\*")
 _DIRECTIONS = re.compile(
     r"(?:\w+ly )?(?:sighs?|laughs?|laughing|laughter|chuckles?|giggles?|coughs?|gasps?|whispers?|"
     r"whispering|shouts?|shouting|sobs?|crying|cries|groans?|clears (?:his|her|their)? ?throat|"
@@ -50,6 +74,7 @@ _KINDS = (
     (b"{\\rtf", "a document in Rich Text Format"),
     (b"\xd0\xcf\x11\xe0", "an old Word document"),
     (b"%PDF", "a PDF"),
+    (b"@UTF8", "a CHAT transcript"),
 )
 
 
@@ -87,6 +112,9 @@ def read_transcript(
     if _MARKUP.match(text) and not _SSML.match(text):
         found, remedy = "markup or subtitles of another kind", "save it as text, .srt or .vtt"
         raise error.about(Path(path), found=found, allowed=allowed, remedy=remedy)
+    if _TIMES.match(text):
+        remedy = "give it as a file of times (`phones`)"
+        raise error.about(Path(path), found="TextGrid or JSON", allowed=allowed, remedy=remedy)
     lrs = _LRS.match(text)
     return lrs[1] if lrs else text
 
@@ -124,7 +152,7 @@ class _SpokenText:
 
 
 def without_tags(text: str) -> str:
-    """The text of SSML; any other text as it is.
+    """The text of SSML, or of a text with some of its tags; any other text as it is.
 
     Parameters
     ----------
@@ -142,7 +170,11 @@ def without_tags(text: str) -> str:
         For SSML that is no XML, and for declarations of entities in it.
     """
     if _SSML.match(text) is None:
-        return text
+        plain = _TAG.sub(
+            lambda tag: " " if tag[1].lower() in _PARTED else "",
+            _ALIAS.sub(lambda alias: alias[1] or alias[2] or "", text),
+        )
+        return text if plain == text else html.unescape(plain)
     from xml.etree.ElementTree import ParseError, XMLParser
 
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
@@ -159,17 +191,33 @@ def without_tags(text: str) -> str:
     return said.text
 
 
-def spoken_script(text: str) -> tuple[str, list[str]]:
+def speakers_of(text: str) -> frozenset[str]:
+    """Names before colons in a script that are those of speakers: in capitals, said more than once,
+    or before most lines."""
+    seen = Counter(match[1] for match in _NAME.finditer(text))
+    lines = sum(bool(line.strip()) for line in text.splitlines())
+    is_dialogue = seen.total() > 1 and 2 * seen.total() >= lines
+    return frozenset(
+        name
+        for name, times in seen.items()
+        if is_dialogue or times > 1 or name == name.upper() != name.lower()
+    )
+
+
+def spoken_script(text: str, speakers: Collection[str] | None = None) -> tuple[str, list[str]]:
     """What is said of a script: without tags of SSML, names of speakers and stage directions.
 
     A name stands in capitals before a colon at the start of a line, or before most lines; or in
     capitals in a line of its own, as in screenplays. A direction stands in square brackets, or in
-    round ones between sentences or with a word such as `sighs`.
+    round ones between sentences or with a word such as `sighs`. Times at many lines are left out,
+    and so are the addresses of links, and marks of headings and scenes.
 
     Parameters
     ----------
     text : str
         As people have it.
+    speakers : collection of str, optional
+        The names, where more than this text tells them.
 
     Returns
     -------
@@ -185,13 +233,15 @@ def spoken_script(text: str) -> tuple[str, list[str]]:
         left_out.append(" ".join(match[0].split()))
         return " "
 
-    seen = Counter(match[1] for match in _NAME.finditer(text))
+    text = _HEADING.sub("", _LINK.sub(r"\1", text))
     lines = sum(bool(line.strip()) for line in text.splitlines())
-    is_dialogue = seen.total() > 1 and 2 * seen.total() >= lines
+    times = sum(1 for _ in _TIMED_LINE.finditer(text))
+    if times > 1 and TIMED_SHARE * times >= lines:
+        text = _TIMED_LINE.sub(drop, text)
+    names = speakers_of(text) if speakers is None else speakers
 
     def name(match: re.Match[str]) -> str:
-        is_capital = match[1] == match[1].upper() != match[1].lower()
-        return drop(match) if is_capital or is_dialogue or seen[match[1]] > 1 else match[0]
+        return drop(match) if match[1] in names else match[0]
 
     def aside(match: re.Match[str]) -> str:
         before = match.string[max(match.start() - NEAR, 0) : match.start()].rstrip()
@@ -204,8 +254,12 @@ def spoken_script(text: str) -> tuple[str, list[str]]:
     cues = list(_CUE_LINE.finditer(text))
     if len(cues) > 1 or any(cue[2] for cue in cues):
         text = _CUE_LINE.sub(drop, text)
+        text = _SCENE.sub(drop, text)
     text = _NAME.sub(name, text)
     text = _ASIDE.sub(aside, _BRACKETS.sub(drop, text))
+    text = _STARRED.sub(
+        lambda found: drop(found) if _DIRECTIONS.match(found[1]) else found[0], text
+    )
     kept = (re.sub(r"[ \t]+([,.;!?])", r"\1", " ".join(line.split())) for line in text.splitlines())
     return "\n".join(filter(None, kept)), left_out
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,6 +13,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from regex import Pattern
 
+_JOINERS = re.compile("[\u200c\u200d]")
+"""Letters that show how others are joined, in Persian and Hindi: parts of words."""
+_UNSHOWN = re.compile("[\u00ad\u061c\u200b\u200e\u200f\u202a-\u202e\u2060\u2066-\u2069\ufeff]")
+"""Hyphens of line ends and marks of direction."""
 _SAID_SIGNS = frozenset("%‰&@#§°")
 
 
@@ -33,6 +38,16 @@ class TextWord:
     end: int
     text: str
     is_sign: bool = False
+
+
+def is_printable(word: str) -> bool:
+    """Whether a word can be shown: it has letters that are seen, and perhaps joiners."""
+    return _JOINERS.sub("", word).isprintable()
+
+
+def shown_letters(text: str) -> str:
+    """A text in one line, without letters that nobody sees and that are no part of words."""
+    return " ".join(_UNSHOWN.sub("", text).split())
 
 
 def words_of_text(text: str) -> list[TextWord]:

@@ -12,6 +12,7 @@ from elocute.errors import AlignmentError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import finite_number, parse_json
 from elocute.files.reading import read_bytes
+from elocute.speech.text.text_words import is_printable
 from elocute.speech.times.textgrid import TextGridInterval, format_textgrid, parse_textgrid
 
 FORMAT, VERSION = "elocute-words", 1
@@ -37,7 +38,7 @@ class TimedWord:
 
     def __post_init__(self) -> None:
         text = self.text
-        if not isinstance(text, str) or not (text.strip() and text.isprintable()):
+        if not isinstance(text, str) or not (text.strip() and is_printable(text)):
             self._refuse("unprintable text", "one word")
         if len(text) > WORD_LONGEST:
             self._refuse(f"{len(text)} letters", f"up to {WORD_LONGEST}")

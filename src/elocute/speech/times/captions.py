@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 from elocute.errors import InputError
-from elocute.speech.text.script_text import left_out_note, spoken_script
+from elocute.speech.text.script_text import left_out_note, speakers_of, spoken_script
 from elocute.speech.times.labels import CLOCK, LABELS_MAX, OPEN_S, Label, clock_seconds
 
 HEAD_MAX = 20_000
@@ -17,6 +17,12 @@ ROLLING_SHARE = 0.25
 """Of the captions of a text that repeat the line before above a new one: captions that roll up."""
 _TIMES = re.compile(
     rf"^[ \t]*({CLOCK})[ \t]*(?:(-->)|,)[ \t]*({CLOCK})(?(2)|[ \t]*$)", re.MULTILINE
+)
+# As programs write them that are less strict: of -1 s, with spaces, ->, or a colon before ms.
+_LOOSE = re.compile(
+    r"^([ \t]{0,20}-?\d{1,3}(?:[:.,] ?\d{1,3}){1,3})[ \t]{0,20}--?>"
+    r"[ \t]{0,20}(-?\d{1,3}(?:[:.,] ?\d{1,3}){1,3})(?=\s|$)",
+    re.MULTILINE,
 )
 _NOTES = re.compile(r"(NOTE|STYLE|REGION)\b")
 _MARK = re.compile(rf"<({CLOCK})>")
@@ -129,8 +135,10 @@ def said_text(text: str) -> tuple[str, list[str]]:
 
 def _said(text: str) -> Iterator[tuple[_Caption, str]]:
     """The captions of a text that say something, and what they say, times in it as letters."""
-    for caption in _without_repeats(_captions(_plain_lines(text))):
-        said, _ = spoken_script("\n".join(caption.lines))
+    captions = [*_without_repeats(_captions(_plain_lines(text)))]
+    names = speakers_of("\n".join(line for caption in captions for line in caption.shown()))
+    for caption in captions:
+        said, _ = spoken_script("\n".join(caption.lines), names)
         if _MARKS.sub("", said).strip():
             yield caption, said
 
@@ -279,4 +287,19 @@ def _tag(seconds: float) -> str:
 
 
 def _plain_lines(text: str) -> str:
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    """A text with plain ends of lines and plain times. Raises InputError for times in frames."""
+    plain = text.replace("\r\n", "\n").replace("\r", "\n")
+    return _LOOSE.sub(lambda times: " --> ".join(map(_plain_time, times.groups())), plain)
+
+
+def _plain_time(time: str) -> str:
+    plain = "".join(time.split())
+    if re.fullmatch(r"-?\d+:\d+:\d+:\d\d?", plain):
+        allowed, remedy = (
+            "hours, minutes and seconds",
+            "save them as .srt or .vtt with milliseconds",
+        )
+        raise InputError.about(f"time {plain}", found="frames", allowed=allowed, remedy=remedy)
+    if plain.startswith("-"):
+        return "0:00:00"
+    return re.sub(r":(\d)(?=[.,]|$)", r":0\1", re.sub(r":(\d{3})$", r".\1", plain))

@@ -7,7 +7,8 @@ of an SDK spells them in its own way.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from statistics import median
 from typing import Any
@@ -28,30 +29,63 @@ from elocute.speech.times.tier_choice import TierChoice
 TICK_S, MILLISECOND_S = 1e-7, 1e-3
 TICKS_LEAST = 5000.0
 """A word of Azure lasts longer in ticks, and shorter in milliseconds."""
+MILLISECONDS_LEAST = 20.0
+"""And longer in milliseconds than in seconds."""
 DEPTH_MAX = 12
+PIECES_S = 0.1
+"""So far apart pieces of a word may stand."""
+IDEOGRAPHS = "\u2e80"
+"""From here on are scripts without spaces."""
 ALLOWED = (
     "visemes of Azure, Polly or TalkingHead, mouth cues of Rhubarb, or phones and words of "
     "aligners, speech engines and recognisers, or of Elocute"
 )
-STARTS = ("start", "starts", "starttime", "startts", "startoffset", "begin", "ts", "startms")
+STARTS = ("starttime", "start", "starts", "startts", "startoffset", "begin", "ts", "startms")
 STARTS += ("offsetmilliseconds", "offsetinticks", "starttimeseconds")
-ENDS = ("end", "ends", "endtime", "endts", "endoffset", "endms")
+"""`start_time` first: beside it, Speechify's `start` counts letters."""
+ENDS = ("endtime", "end", "ends", "endts", "endoffset", "endms")
 LENGTHS = ("duration", "durations", "durationms")
 LENGTHS += ("durationmilliseconds", "durationinticks", "durationseconds")
 PHONE_KEYS = ("phone", "phoneme", "phonesymbol")
 LABEL_KEYS = ("word", "text", "label", "value", "content", "punctuatedword")
-FIRST_ONLY = ("alternatives", "nbest", "channels")
+OFFSETS = frozenset(["audiooffset", "offset"])
+FIRST_ONLY = ("alternatives", "nbest", "channels", "transcripts")
 NOT_SAID = frozenset(
     ["audioevent", "audio_event", "spacing", "punctuation", "punct", "silence", "pause", "noise"]
 )
 TAGS = re.compile(r"\[[^\[\]]{1,80}\]|<[^<>]{1,80}>")
 """Among letters that are spoken: [laughs] and <break time="1s" /> are not."""
+_OFFSET = re.compile(r"(start|end)_?offset", re.IGNORECASE)
+_SECONDS = re.compile(r"(?:PT(?:(\d{1,4})H)?(?:(\d{1,6})M)?)?(\d{1,9}(?:\.\d{1,12})?)[sS]?")
+"""1.25, 1.25s, or PT1M1.25S."""
 Record = Mapping[str, Any]
 
 
 def parse_json_times(text: str, choice: TierChoice | None = None) -> Labels:
     """Labels of a JSON text, whoever wrote it; `choice` says which tier. Raises InputError."""
-    value, choice = _value(text), choice or TierChoice()
+    found = _parsed(_value(text), choice or TierChoice())
+    phones = [(start, end, phone.strip()) for start, end, phone in found.phones]
+    return replace(found, phones=phones, words=_whole_words(found.words))
+
+
+def _whole_words(words: Iterable[Label]) -> list[Label]:
+    """Words of the pieces that models know, of which those begin with a space that begin a word."""
+    pieces = [*words]
+    in_pieces = any(text.startswith(" ") for _, _, text in pieces)
+    found: list[Label] = []
+    for start, end, text in pieces:
+        plain = text.strip()
+        begun, until, before = found[-1] if found else (0.0, 0.0, "")
+        follows = before and not text.startswith(" ") and 0 <= start - until <= PIECES_S
+        if in_pieces and follows and " " not in before + plain and before[-1] < IDEOGRAPHS:
+            is_said = any(map(str.isalnum, plain))
+            found[-1] = begun, end if is_said else until, before + plain
+        else:
+            found.append((start, end, plain))
+    return found
+
+
+def _parsed(value: Any, choice: TierChoice) -> Labels:
     record = None if isinstance(value, list) else _plain(value)
     if record is not None and "tiers" in record:
         return _mfa(record, choice)
@@ -84,6 +118,8 @@ def _plain(value: Any) -> Record:
     return {
         str(key).lower().replace("_", "").removeprefix("priv"): inner
         for key, inner in value.items()
+        # In text: those of Google. In numbers: frames of NeMo and letters of Gentle, no seconds.
+        if not (_OFFSET.fullmatch(str(key)) and isinstance(inner, int | float))
     }
 
 
@@ -128,7 +164,7 @@ def _from_events(events: Sequence[Record], values: Any) -> Labels:
         raise InputError(f"blend shapes, which are curves of a face; allowed: {ALLOWED}")
     if all("time" in event and "type" in event for event in events):
         return _polly(events)
-    if all("audiooffset" in event and ("text" in event or "word" in event) for event in events):
+    if all(OFFSETS & event.keys() and {"text", "word"} & event.keys() for event in events):
         return _azure_words(events)
     found = _anywhere(values)
     if found.phones or found.words:
@@ -156,13 +192,32 @@ def _anywhere(value: Any, depth: int = 0) -> Labels:
             return _timed(record)
     else:
         return found
-    for part in parts:
+    for part in _each_once(parts, in_record=isinstance(value, dict)):
         found.phones.extend(part.phones)
         found.words.extend(part.words)
         found.notes.extend(note for note in part.notes if note not in found.notes)
     if isinstance(value, dict) and len(_plain(value).get("channels") or ()) > 1:
         found.notes.append("of several channels the first is taken")
     return found
+
+
+def _each_once(parts: Iterable[Labels], in_record: bool) -> Iterator[Labels]:
+    """Parts without what was there before.
+
+    A record may have the same speech as words, sentences and utterances: of those that begin at
+    the same times the finest is taken. A list may end with all of its words again.
+    """
+    seen: dict[str, set[object]] = {"phones": set(), "words": set()}
+    for part in sorted(parts, key=lambda part: -len(part.words)) if in_record else parts:
+        kept = Labels(notes=part.notes)
+        for kind, before in seen.items():
+            labels: list[Label] = getattr(part, kind)
+            marks = [round(label[0], 3) if in_record else label for label in labels]
+            again = sum(mark in before for mark in marks)
+            if 2 * again < len(marks) or (again < len(marks) and not in_record):
+                getattr(kept, kind).extend(labels)
+                before.update(marks)
+        yield kept
 
 
 def _triple(value: list[Any]) -> Label | None:
@@ -199,6 +254,12 @@ def _timed(record: Record) -> Labels:
         first = guesses[0] if isinstance(guesses, list) and guesses else None
         record = {**record, **(_plain(first) if isinstance(first, dict) else {})}
     label = record.get(_key(record, PHONE_KEYS + LABEL_KEYS))
+    if label is None and _is_texts(record.get("lines")):  # aeneas
+        label = " ".join(record["lines"])
+        record = {**record, "text": label}
+    until = record.get(_key(record, ENDS))
+    if not _key(record, STARTS) and isinstance(until, str) and until.endswith("s"):
+        record = {**record, "start": "0s"}  # which Google leaves out
     if any(record.get(_key(record, keys)) is None for keys in (STARTS, (*ENDS, *LENGTHS))):
         return Labels()
     if not isinstance(label, str):
@@ -247,12 +308,15 @@ def _polly(events: Sequence[Record]) -> Labels:
 
 
 def _azure_words(events: Sequence[Record]) -> Labels:
-    """Azure's word boundaries: in ticks from the SDK, in ms from batch synthesis."""
+    """Azure's word boundaries: in ticks from the SDK and edge-tts, in ms from batch synthesis."""
     lengths = [seconds_of(event.get("duration", 0), "duration of a word") for event in events]
     unit = TICK_S if median(lengths) > TICKS_LEAST else MILLISECOND_S
+    if 0 < median(lengths) < MILLISECONDS_LEAST:
+        unit = 1.0
     words = []
     for event, length in zip(events, lengths, strict=True):
-        start = seconds_of(event["audiooffset"], "offset of a word", unit)
+        offset = event.get("audiooffset", event.get("offset"))
+        start = seconds_of(offset, "offset of a word", unit)
         words.append((start, start + length * unit, _text(event.get("text", event.get("word")))))
     return Labels(words=words)
 
@@ -377,16 +441,17 @@ def _between(segment: Record) -> tuple[list[Label], list[str]]:
     for word in [*words, None] if any(word.get("start") is not None for word in words) else []:
         if word is not None and word.get("start") is None:
             label = str(word.get(_key(word, LABEL_KEYS), ""))
-            waiting += [label.strip()] if any(map(str.isalnum, label)) else []
+            waiting += [label.rstrip()] if any(map(str.isalnum, label)) else []
             continue
         timed = [] if word is None else [_word(word)]
         end = timed[0][0] if timed else until
+        named = ", ".join(map(str.strip, waiting))[:60]
         if waiting and at is not None and end is not None and at < end:
             part = (end - at) / len(waiting)
             found += [(at + i * part, at + (i + 1) * part, w) for i, w in enumerate(waiting)]
-            notes.append(f"{', '.join(waiting)[:60]!r} has no time and is looked for in between")
+            notes.append(f"{named!r} has no time and is looked for in between")
         elif waiting:
-            notes.append(f"{', '.join(waiting)[:60]!r} has no time and is left out")
+            notes.append(f"{named!r} has no time and is left out")
         found, waiting, at = [*found, *timed], [], timed[0][1] if timed else at
     return found, notes
 
@@ -572,11 +637,16 @@ def _key(record: Record, keys: Iterable[str]) -> str:
 
 
 def _number(value: Any) -> Any:
-    """A time in text, as 1.25, 1.25s or 0:01.25, as a number."""
+    """A time in text, as 1.25, 1.25s, 0:01.25 or PT1.25S, or in Google's parts, as a number."""
+    if isinstance(value, dict) and value.keys() <= {"seconds", "nanos"}:
+        seconds, nanos = _number(value.get("seconds", 0)), value.get("nanos", 0)
+        if finite_number(seconds) is not None and finite_number(nanos) is not None:
+            return seconds + nanos * 1e-9
     if isinstance(value, str) and (clock := clock_seconds(value)) is not None:
         return clock
-    if isinstance(value, str) and re.fullmatch(r"\d{1,9}(\.\d{1,12})?s?", value):
-        return float(value.rstrip("s"))
+    if isinstance(value, str) and (parts := _SECONDS.fullmatch(value)):
+        hours, minutes, seconds = (float(part or 0) for part in parts.groups())
+        return 3600 * hours + 60 * minutes + seconds
     return value
 
 
@@ -598,7 +668,7 @@ def _records(value: Any) -> list[Record]:
 def _text(value: Any) -> str:
     if not isinstance(value, str):
         raise InputError(f"label {str(value)[:40]}; allowed: text")
-    return value.strip()
+    return value.rstrip()
 
 
 PARSERS: dict[str, Callable[[Record], Labels]] = {

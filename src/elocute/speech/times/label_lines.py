@@ -1,7 +1,7 @@
 """Reads times of phones and mouth pictures from lines of text, and from Rhubarb's XML.
 
-MBROLA (.pho), labels of Audacity, HTK and TIMIT, lines of two times and a text, Rhubarb's .tsv,
-Moho's .dat, Papagayo's .pgo.
+MBROLA (.pho), labels of Audacity, HTK (HTS), TIMIT and ESPS, lines of two times and a text,
+Rhubarb's .tsv, Moho's .dat, Papagayo's .pgo.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from elocute.errors import InputError
 from elocute.speech.phone_symbols import alphabet_of, phone_of
@@ -30,11 +31,15 @@ hundredths of a second, thousandths of its 75 frames at 25 a second."""
 GRID_ENDS = range(60_000, 75_001)
 LRS_HEAD = "WORD START END ASDSCORE"
 STRANGE_SHARE = 0.2
+"""Of labels that are no phones, beyond which all are taken for words."""
 _NUMBER = r"\d{1,15}(?:\.\d{0,20})?"
 # Of lines in which single spaces part the fields.
 _MBROLA = re.compile(rf"(\S+) ({_NUMBER})(?: \(?{_NUMBER}(?: ?, ?| ){_NUMBER}\)?)*")
 _LABEL = re.compile(rf"({_NUMBER}) ({_NUMBER}) (\S.*)")
 _LRS = re.compile(rf"(\S+) ({_NUMBER}) ({_NUMBER}) -?{_NUMBER}")
+_ESPS = re.compile(rf"({_NUMBER}) \d{{1,4}}(?: ([^;]*)(?:;.*)?)?")
+_FULL_CONTEXT = re.compile(r"[^\s^]+\^[^\s-]+-([^\s+]+)\+\S+=\S+")
+"""HTS's, and Merlin's: the phone stands between - and +."""
 _CUE = re.compile(rf"({_NUMBER}) ([A-HX])")
 _FRAME = re.compile(r"(\d{1,9}) (AI|E|O|U|WQ|L|MBP|FV|etc|rest)")
 PAPAGAYO, FPS_MAX = "lipsync version 1", 1000.0
@@ -55,7 +60,8 @@ def parse_lines(text: str) -> Labels | None:
     lines = [" ".join(line.split()) for line in text.splitlines()]
     if lines and lines[0] == PAPAGAYO:
         return _papagayo(lines[1:])
-    lines = [_in_seconds(line) for line in lines if line and not line.startswith(";")]
+    # Audacity has frequencies in lines of their own, behind a backslash.
+    lines = [_in_seconds(line) for line in lines if line and line[0] not in ";\\"]
     if len(lines) > LABELS_MAX:
         raise InputError(f"{len(lines)} lines; allowed: up to {LABELS_MAX}")
     if lines and lines[0].startswith("MohoSwitch"):
@@ -63,6 +69,8 @@ def parse_lines(text: str) -> Labels | None:
     if LRS_HEAD in lines:  # of LRS2 and LRS3, below what is said
         rows = _matched(_LRS, lines[lines.index(LRS_HEAD) + 1 :])
         return Labels(words=[(float(row[2]), float(row[3]), row[1]) for row in rows])
+    if "#" in lines and (rows := _matched(_ESPS, lines[lines.index("#") + 1 :])):
+        return _ends(rows)
     for pattern, parse in _PARSERS.items():
         rows = _matched(pattern, lines)
         if rows:
@@ -125,6 +133,20 @@ def _mbrola(rows: list[re.Match[str]]) -> Labels:
     return Labels(phones=found)
 
 
+def _ends(rows: list[re.Match[str]]) -> Labels:
+    """ESPS, as Festival and Buckeye have it: the end of each label, a colour, the label."""
+    ends = [float(row[1]) for row in rows]
+    texts = [(row[2] or "").strip() for row in rows]
+    return phones_or_words(list(zip([0.0, *ends], ends, texts, strict=False)))
+
+
+def phones_or_words(labels: list[Label]) -> Labels:
+    """Labels of which nobody says whether they are phones or words."""
+    _, strange = alphabet_of(text for _, _, text in labels)
+    is_words = len(strange) > STRANGE_SHARE * len({text for _, _, text in labels})
+    return Labels(words=labels) if is_words else Labels(phones=labels)
+
+
 def _labels(rows: list[re.Match[str]]) -> Labels:
     """Start, end and label: s as Audacity has them, 100 ns as HTK, samples at 16 kHz as TIMIT."""
     times = [row[group] for row in rows for group in (1, 2)]
@@ -141,10 +163,14 @@ def _labels(rows: list[re.Match[str]]) -> Labels:
         (float(row[1]) * unit, float(row[2]) * unit, row[3].split(" ")[0] if unit != 1 else row[3])
         for row in rows
     ]
-    _, strange = alphabet_of(text for _, _, text in labels)
-    is_words = len(strange) > STRANGE_SHARE * len({text for _, _, text in labels})
-    notes = [note] if note else []
-    return Labels(words=labels, notes=notes) if is_words else Labels(phones=labels, notes=notes)
+    centres = [_FULL_CONTEXT.fullmatch(text) for _, _, text in labels]
+    if all(centres):
+        labels = [
+            (start, end, centre[1])
+            for (start, end, _), centre in zip(labels, centres, strict=True)
+            if centre
+        ]
+    return replace(phones_or_words(labels), notes=[note] if note else [])
 
 
 def _rhubarb(rows: list[re.Match[str]]) -> Labels:

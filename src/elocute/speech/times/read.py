@@ -22,10 +22,11 @@ from elocute.speech.phone_symbols import (
     nearest_symbols,
     phone_of,
 )
+from elocute.speech.text.script_text import left_out_note, speakers_of, spoken_script
 from elocute.speech.times.captions import is_captions, words_of_captions
 from elocute.speech.times.csv_and_ctm import has_columns, parse_csv, parse_ctm
 from elocute.speech.times.engine_json import parse_json_times
-from elocute.speech.times.label_lines import parse_cue_xml, parse_lines
+from elocute.speech.times.label_lines import parse_cue_xml, parse_lines, phones_or_words
 from elocute.speech.times.labels import BYTES_MAX, Label, Labels
 from elocute.speech.times.textgrid import TextGridInterval, parse_tiers
 from elocute.speech.times.tier_choice import TierChoice
@@ -40,8 +41,6 @@ ROUNDING_S = 0.05
 """By so much labels may begin before the sound."""
 BEYOND_MAX_S = 0.25
 """Past the end of the sound, phones are cut; further than this they belong to another sound."""
-STRANGE_SHARE = 0.2
-"""Of the labels of a tier, beyond which they are taken for words."""
 UNKNOWN_SHARE = 0.5
 """Of the symbols of a file: where an alphabet lacks more, it is another one."""
 PHONE_MAX_S, PHRASE_MAX_S = 5.0, 40.0
@@ -173,20 +172,20 @@ def _labels(data: bytes, stem: str, choice: TierChoice) -> Labels:
     if "ooTextFile" in text[:200]:
         tiers, _ = parse_tiers(data)
         named = [(name, _rows(rows or ())) for name, rows in tiers]  # points are no stretches
-        return choice.labels(named, _sorted_out)
+        return choice.labels(named, phones_or_words)
     lines = None if start == "<" else parse_lines(text)
     shows_captions = start != "<" and lines is None and is_captions(text)
     if lines is None and not shows_captions:
         if start in "[{":
             return parse_json_times(text, choice)
         if start != "<" and has_columns(text):
-            return parse_csv(text, choice, _sorted_out)
+            return parse_csv(text, choice, phones_or_words)
     choice.check_unused()
     if start == "<":
         return parse_cue_xml(text)
     if shows_captions:
         return Labels(words=words_of_captions(text))
-    return lines or _sorted_out(parse_ctm(text, stem))
+    return lines or phones_or_words(parse_ctm(text, stem))
 
 
 def _in_seconds(labels: Labels) -> Labels:
@@ -206,15 +205,21 @@ def _rows(rows: Iterable[TextGridInterval]) -> list[Label]:
     return [(row.start_s, row.end_s, row.text) for row in rows]
 
 
-def _sorted_out(labels: list[Label]) -> Labels:
-    """Labels of which nobody says whether they are phones or words."""
-    _, strange = alphabet_of(text for _, _, text in labels)
-    known = {text for _, _, text in labels}
-    is_words = len(strange) > STRANGE_SHARE * len(known)
-    return Labels(words=labels) if is_words else Labels(phones=labels)
+def _said(labels: Labels) -> Labels:
+    """Labels whose phrases are without speakers and directions, and a note on these."""
+    phrases = "\n".join(text for _, _, text in labels.words if " " in text.strip())
+    if not phrases:
+        return labels
+    speakers, left_out, words = speakers_of(phrases), list[str](), list[Label]()
+    for start, end, text in labels.words:
+        said, aside = spoken_script(text, speakers) if " " in text.strip() else (text, [])
+        words.append((start, end, said))
+        left_out += aside
+    return replace(labels, words=words, notes=[*labels.notes, *left_out_note(left_out)])
 
 
 def _words_of(labels: Labels) -> SpeechTimes:
+    labels = _said(labels)
     spoken = _spoken_words(labels)
     momentary = [text for start, end, text in labels.words if start == end and _is_said(text)]
     if not spoken and momentary:
@@ -237,18 +242,18 @@ def _is_said(text: str) -> bool:
 
 def _spoken_words(labels: Labels) -> list[Label]:
     """The words that are said. Raises InputError for those that cannot be shown."""
-    from elocute.speech.text.text_words import words_of_text
+    from elocute.speech.text.text_words import is_printable, shown_letters, words_of_text
 
     labelled = _in_order(labels.words, "word")
     spoken = [
         (start, end, part)
-        for start, end, label in labelled
+        for start, end, label in ((a, b, shown_letters(label)) for a, b, label in labelled)
         if phone_of(label.lower(), "polly") not in (REST, SPOKEN_NOISE)
         for part in ([word.text for word in words_of_text(label)] if " " in label else [label])
         if any(map(str.isalnum, part))
     ]
     for _, _, word in spoken:
-        if not word.isprintable() or len(word) > 120:
+        if not is_printable(word) or len(word) > 120:
             raise InputError.about("word", found=repr(word[:40]), allowed="printable words")
     return spoken
 

@@ -15,6 +15,7 @@ from typing import Any
 
 from elocute.errors import StudyError, needs_extra
 from elocute.files.atomic import write_atomically
+from elocute.files.delimited import DelimitedTable
 from elocute.files.json_records import read_record
 from elocute.files.parquet_size import unpacked_bytes
 from elocute.files.reading import open_regular, read_text
@@ -245,15 +246,16 @@ _ALLOWED = f"the columns {', '.join(COLUMNS)}"
 def _csv_rows(path: Path) -> list[dict[str, Any]]:
     text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed="a .csv of answers", error=StudyError)
     try:
-        reader = csv.DictReader(io.StringIO(text, newline=""))
-        missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
+        table = DelimitedTable.of(text)
+        missing = [name for name in COLUMNS if name not in table.names]
         if missing:
             raise StudyError.about(
                 path, found=f"no column `{missing[0]}`", allowed=", ".join(COLUMNS)
             )
-        return list(reader)
+        rows = [dict(zip(table.names, row, strict=False)) for _, row in table.rows()]
     except csv.Error as problem:
         raise StudyError.about(path, found=str(problem), allowed="a .csv of answers") from None
+    return [row | {"seconds": table.number_text(row.get("seconds", ""))} for row in rows]
 
 
 def _json_rows(path: Path) -> list[dict[str, Any]]:

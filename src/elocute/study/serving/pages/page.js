@@ -189,6 +189,9 @@ const PANELS = {
 /** What a panel has left unfilled, as {{%PROLIFIC_PID%}}: everybody would be one person. */
 const UNFILLED = /\{\{|\$\{|%%|\[%/;
 
+/** Mechanical Turk's word for an assignment that nobody has accepted: the page is only looked at. */
+const PREVIEW = "ASSIGNMENT_ID_NOT_AVAILABLE";
+
 /** What the link of a panel brought, undefined where it is none. */
 function panelOf(search) {
   const given = new Map();
@@ -213,7 +216,8 @@ function consent() {
   byId("leave").hidden = true;
   const panel = panelOf(location.search);
   if (about.invited && !link) return end("link", "link_text");
-  if (about.panel.required && !panel && !link) return end("panel", "panel_text");
+  const previewed = [...new URLSearchParams(location.search).values()].includes(PREVIEW);
+  if (previewed || (about.panel.required && !panel && !link)) return end("panel", "panel_text");
   const paragraphs = spoken(about.about).split(/\n\s*\n/).filter((each) => each.trim());
   const parts = paragraphs.map((each) => ui.element("p", each));
   for (const name of ["minutes", "stored", ...(panel ? ["stored_id"] : []), "leaving", "contact"]) {

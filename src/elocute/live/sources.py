@@ -1,0 +1,62 @@
+"""Sources of live sound: blocks of samples, each when it was heard."""
+
+from __future__ import annotations
+
+import queue
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from elocute.array_types import Float32Array
+from elocute.audio.read import read_audio
+from elocute.errors import InputError, needs_extra
+
+BLOCK_S = 0.02
+INT16 = 1 / 32768
+
+
+def file_blocks(path: Path, rate: int) -> Iterator[Float32Array]:
+    """A recording at its own pace. Raises AudioError."""
+    samples, size = read_audio(path, sample_rate=rate).samples, round(rate * BLOCK_S)
+    started = time.monotonic()
+    for at in range(0, len(samples), size):
+        block = samples[at : at + size]
+        time.sleep(max(0.0, started + (at + len(block)) / rate - time.monotonic()))
+        yield block
+
+
+def pcm_blocks(rate: int, stream: IO[bytes] | None = None) -> Iterator[Float32Array]:
+    """Mono samples of 16 bits, little-endian, from standard input, until it ends."""
+    source, size = stream or sys.stdin.buffer, 2 * round(rate * BLOCK_S)
+    left = b""
+    while data := source.read(size):
+        data = left + data
+        whole = len(data) // 2 * 2
+        left = data[whole:]
+        yield np.frombuffer(data[:whole], "<i2").astype(np.float32) * np.float32(INT16)
+
+
+def microphone_blocks(rate: int) -> Iterator[Float32Array]:
+    """The default microphone, without end. Raises MachineError, InputError where there is none."""
+    with needs_extra("a microphone", "live"):
+        import sounddevice
+    heard: queue.Queue[Float32Array] = queue.Queue()
+
+    def take(samples: Any, *_: Any) -> None:
+        heard.put(samples[:, 0].copy())
+
+    try:
+        microphone = sounddevice.InputStream(
+            rate, round(rate * BLOCK_S), channels=1, dtype="float32", callback=take
+        )
+        with microphone:
+            while True:
+                yield heard.get()
+    except sounddevice.PortAudioError as error:
+        raise InputError.about(
+            "microphone", found=str(error).split("\n")[0][:80], allowed="one that works"
+        ) from error
