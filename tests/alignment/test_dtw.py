@@ -32,6 +32,7 @@ def every_path(rows: int, columns: int) -> list[list[tuple[int, int]]]:
     return [[*way, (rows - 1, columns - 1)] for way in ways]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
 def test_the_cheapest_path_costs_what_plain_python_and_librosa_say(shape: tuple[int, int]) -> None:
     librosa = pytest.importorskip("librosa")

@@ -72,6 +72,7 @@ def test_lips_that_meet_are_counted(cli: Cli, corpus: Corpus) -> None:
     assert [line.split()[2] for line in shown.splitlines()[1:5]] == ["off", "off", "auto", "auto"]
 
 
+@pytest.mark.slow
 def test_a_trained_model_knows_its_speakers(cli: Cli, learned: Any, tmp_path: Path) -> None:
     folder, report = learned.corpus.folder, tmp_path / "report.json"
     shown = cli("evaluate", "corpus", folder, "--model", learned.model, "-o", report).stdout

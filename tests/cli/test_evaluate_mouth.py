@@ -78,6 +78,7 @@ def test_noise_under_a_corpus_and_from_a_file(
     assert 0 < record["studies"][0]["levels"][0]["amplitude_share"] < 2
 
 
+@pytest.mark.slow
 def test_styles_of_the_driver_and_of_a_trained_model(
     cli: Cli, learned: Any, words: Path, tmp_path: Path
 ) -> None:
@@ -91,6 +92,7 @@ def test_styles_of_the_driver_and_of_a_trained_model(
     assert names == ["plain", "broad", "tense", "range"] and plot.stat().st_size > 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mix", ["output", "input"])
 def test_the_shaded_region_is_what_mixes_reach(cli: Cli, words: Path, mix: str) -> None:
     """Between the styles for mixes of outputs; mixes at the input leave it, and are measured."""

@@ -122,7 +122,7 @@ def test_nobody_needs_to_listen(sound: Path) -> None:
         (("--to", "json=192.0.2.1"), "--allow-remote sends to others"),
         (
             ("--to", "json", "--lookahead", "0.1"),
-            "--lookahead: 0.1; allowed: exact, or 0.29 to 10 s",
+            "--lookahead: 0.1; allowed: exact, or 0.28 to 10 s",
         ),
     ],
 )

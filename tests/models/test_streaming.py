@@ -292,8 +292,8 @@ def test_frames_that_do_not_wait_are_the_same_however_sound_is_cut(speech, soon)
 @pytest.mark.parametrize(
     ("model", "lookahead", "allowed"),
     [
-        ("talkers", 0.1, r"exact, or 0\.29 to 10 s"),
-        ("talkers", "soon", r"exact, or 0\.29 to 10 s"),
+        ("talkers", 0.1, r"exact, or 0\.25 to 10 s"),
+        ("talkers", "soon", r"exact, or 0\.25 to 10 s"),
         ("voca", 0.5, r"exact \(voca"),
     ],
 )

@@ -120,8 +120,8 @@ def test_texts_of_windows_are_read(tmp_path, encoding):
         (b"{0}{25}Hello", "subtitles of another kind"),
         (b'<?xml version="1.0"?><tt></tt>', "markup or subtitles of another kind"),
         (b"@UTF8\n@Begin\n*CHI:\thello . \x150_900\x15", "a CHAT transcript"),
-        (b'File type = "ooTextFile"\n', "TextGrid or JSON; .*`--phones`"),
-        (b'{"text": "hello", "segments": []}', "TextGrid or JSON; .*`--phones`"),
+        (b'File type = "ooTextFile"\n', "TextGrid or JSON; .*`phones`"),
+        (b'{"text": "hello", "segments": []}', "TextGrid or JSON; .*`phones`"),
         ("Grüße".encode("latin-1"), "byte 2 is not UTF-8; .*; save it in UTF-8"),
     ],
 )

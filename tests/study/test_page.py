@@ -125,6 +125,7 @@ def test_two_tabs_store_each_answer_once(person, host):
         person.driver.switch_to.window(first)
 
 
+@pytest.mark.slow
 def test_both_sides_show_one_picture_and_the_right_one(person, host):
     """Every drawing is read back: both canvases are drawn in one go, from one decoded picture."""
     script = """
@@ -320,6 +321,7 @@ def words(videos, tmp_path_factory):
         yield host
 
 
+@pytest.mark.slow
 def test_no_text_becomes_markup_and_headphones_are_checked(driver, words):
     person = Participant(driver, words)
     driver.set_window_size(*DESK)

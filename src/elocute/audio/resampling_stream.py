@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from elocute.array_types import Float32Array
 
 RESAMPLING_S = 0.06
-"""Resampling delays sound by no more than this."""
+"""Resampling sound of 16 to 48 kHz delays it by no more than this."""
 
 
 class ResamplingStream:
@@ -28,3 +29,16 @@ class ResamplingStream:
         if self._resampler is None:
             return samples
         return self._resampler.resample_chunk(samples, last=last)
+
+
+@cache
+def resampling_s(sample_rate: int, wanted: int) -> float:
+    """How much resampling delays sound of a rate at most, s, as measured on a second of silence."""
+    if sample_rate == wanted:
+        return 0.0
+    stream, block = ResamplingStream(sample_rate, wanted), np.zeros(sample_rate // 100, np.float32)
+    given, late_s = 0, 0.0
+    for number in range(1, 101):
+        given += len(stream.push(block))
+        late_s = max(late_s, number * len(block) / sample_rate - given / wanted)
+    return late_s

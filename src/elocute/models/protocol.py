@@ -152,8 +152,8 @@ class SpeechModel(Protocol):
     decoder_lookahead_s : float
         The part of it by which features must lead a frame, s.
     live_lookahead_s : float
-        The same for frames of a live sound that are wanted before they are certain; infinite where
-        it gives none.
+        The same, but for resampling, for frames of a live sound that are wanted before they are
+        certain; infinite where it gives none.
     needs_sound_level : bool
         Whether it normalises by the level of the whole sound where that is known beforehand.
     makes_contacts : bool

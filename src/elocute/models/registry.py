@@ -33,13 +33,13 @@ class BuiltinModel:
 
 
 MODELS = {
-    "talkers": BuiltinModel("talkers", "TalkersModel", "mouths as learned from people"),
     "articulation": BuiltinModel("articulation_model", "ArticulationModel", "rules alone"),
+    "talkers": BuiltinModel("talkers", "TalkersModel", "mouths as learned from people"),
     "voca": BuiltinModel("voca", "VocaModel", "VOCA 2019"),
     "crnn": BuiltinModel("crnn", "CrnnModel", "the recurrent model of 2019"),
 }
-"""All that is needed to add one; the first is the default."""
-DEFAULT_MODEL = next(iter(MODELS))
+"""All that is needed to add one."""
+DEFAULT_MODEL = "talkers"
 FILE_KINDS = {
     "crnn": MODELS["crnn"],
     "karras": BuiltinModel("karras", "KarrasModel", "Karras et al. 2017"),

@@ -22,7 +22,8 @@ from elocute.articulation.driver import HISTORY_S
 from elocute.articulation.settings import AnimationSettings, lays_contacts, mixes_outputs
 from elocute.articulation.style import Style
 from elocute.audio.features import Features
-from elocute.audio.waveform import check_rate, check_samples
+from elocute.audio.resampling_stream import resampling_s
+from elocute.audio.waveform import SPEECH_RATE, check_rate, check_samples
 from elocute.errors import AudioError, InputError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import identity_choice, resolve_identity
@@ -153,7 +154,7 @@ class CurveStream:
         self._style = model.style(checked_style(style), outputs=mixes_outputs(mix))
         self._strength = strength
         _check_level(level)
-        self._lookahead_s = _live_lookahead(model, lookahead)
+        self._lookahead_s = _live_lookahead(model, self.sample_rate, lookahead)
         self._live = self._lookahead_s is not None
         streams = model.feature_streams(
             self.sample_rate, contacts=self._contacts, level=level, live=self._live
@@ -227,7 +228,7 @@ class CurveStream:
             buffer.push(block)
         waiting_s = self.model.decoder_lookahead_s
         if self._lookahead_s is not None:
-            waiting_s = self._lookahead_s - self.model.live_lookahead_s
+            waiting_s = self._lookahead_s - _least_lookahead(self.model, self.sample_rate)
         certain_s = min(buffer.known_s for buffer in self._buffers) - waiting_s
         count = math.floor(certain_s * self.fps) + 1 - self._frames
         return self._answer(count) if count > 0 else None
@@ -468,9 +469,9 @@ def stream(
     level : (float, float), optional
         Mean and peak of the whole sound, where known: the recurrent model normalises by them.
     lookahead : float or str
-        How much later than its time a frame comes, s: 0.3 and more for "talkers", whose frames are
-        then made from what is known so far. "exact" waits for all that bears on a frame, 1.5 s, and
-        gives what `animate` gives.
+        How much later than its time a frame comes, s: for "talkers" 0.28 and more, of sound at 16
+        kHz 0.25; its frames are then made from what is known so far. "exact" waits for all that
+        bears on a frame, 1.5 s, and gives what `animate` gives.
 
     Returns
     -------
@@ -515,11 +516,16 @@ def stream(
     return Stream(curves, LivingFace(load_builtin_head(), alive, feeling, person))
 
 
-def _live_lookahead(model: SpeechModel, lookahead: float | str) -> float | None:
+def _least_lookahead(model: SpeechModel, sample_rate: int) -> float:
+    """The shortest look-ahead that frames can have, s."""
+    return model.live_lookahead_s + resampling_s(sample_rate, SPEECH_RATE)
+
+
+def _live_lookahead(model: SpeechModel, sample_rate: int, lookahead: float | str) -> float | None:
     """A look-ahead in s, None where frames are exact. Raises InputError."""
     if lookahead == EXACT:
         return None
-    given, least = real_number(lookahead), model.live_lookahead_s
+    given, least = real_number(lookahead), _least_lookahead(model, sample_rate)
     if given is None or not least <= given <= LOOKAHEAD_MAX_S:
         allowed = f"exact ({model.name})"
         if math.isfinite(least):

@@ -159,7 +159,8 @@ class TalkersModel(StyledAsRules):
 
     @property
     def live_lookahead_s(self) -> float:
-        return RESAMPLING_S + trunk_lookahead_s(self.network, live=True)
+        between_rows_s = 1 / FEATURE_RATE
+        return trunk_lookahead_s(self.network, live=True) + between_rows_s
 
     def feature_streams(
         self,
