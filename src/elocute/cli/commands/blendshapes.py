@@ -45,8 +45,7 @@ def learn_command(
     as_json: bool = options.Json,
 ) -> None:
     """Learn speech blendshapes: principal components of meshes minus their neutral faces."""
-    from elocute.capture.blendshapes.basis_motion import sweep_shapes
-    from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
+    from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes, sweep_shapes
     from elocute.corpus.corpus_store import open_corpus
     from elocute.export.registry import check_suffix, write
 
@@ -85,7 +84,7 @@ def show_command(
     no_clobber: bool = options.NoClobber,
 ) -> None:
     """Draw every shape of a basis at plus and minus two standard deviations."""
-    from elocute.capture.blendshapes.basis_motion import extreme_shapes
+    from elocute.capture.blendshapes.blendshape_learning import extreme_shapes
     from elocute.export.pictures import contact_sheet
     from elocute.files.atomic import write_atomically
     from elocute.motion.store import load_motion
