@@ -15,10 +15,10 @@ from torch import Tensor
 from torch.nn import functional
 
 from elocute.encoders.phones_and_visemes import PHONES, SILENCE
-from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig, position_rows, weakened
 from recipes.encoder.mixing import LIPS, Mixer
 from recipes.encoder.store import UNKNOWN, VOICED
 from recipes.trunk.mouths import FIELDS, MouthBatches
+from recipes.trunk.network import CONTEXT, Trunk, TrunkConfig, position_rows, weakened
 from recipes.trunk.spectrum import BatchLogMel
 from recipes.trunk.whisper import load_whisper
 
@@ -194,7 +194,10 @@ def fit(
             rows, last = trunk.rows(bands, ahead, first, settings.phones_pull)
             with torch.no_grad():
                 whole, _ = teacher.rows(bands, None, draw.randrange(WHISPER_ROWS - ROWS))
-        told = trunk.told(weakened(rows[: settings.mouths], settings.mouth_pull))
+        # The mouth reads the last layer as the phones make it.
+        told = trunk.told(
+            weakened(rows[: settings.mouths], settings.mouth_pull), last[: settings.mouths].detach()
+        )
         heard = trunk.phones(last[settings.mouths :])
         lips_loss = mouth_loss(
             told,

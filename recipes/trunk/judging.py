@@ -8,10 +8,10 @@ import numpy as np
 import torch
 
 from elocute.array_types import Float32Array
-from elocute.networks.trunk import CONTEXT, Trunk
 from elocute.numerics.correlation import pearson
 from recipes.encoder import evaluate
 from recipes.trunk.mouths import FIELDS, ROW_RATE, ROW_SAMPLES, MouthClip, by_talker
+from recipes.trunk.network import CONTEXT, Trunk
 from recipes.trunk.spectrum import BatchLogMel
 
 LAGS_S = np.arange(-0.12, 0.121, 0.02)
@@ -26,7 +26,7 @@ def answers(trunk: Trunk, samples: Float32Array, ahead: int) -> tuple[Float32Arr
     with torch.autocast("cpu", torch.bfloat16):
         mouth, last = trunk.rows(FRONT_END(waves, CONTEXT), ahead)
     phones = torch.log_softmax(trunk.phones(last), -1)
-    return trunk.told(mouth)[0].numpy(), phones[0].numpy()
+    return trunk.told(mouth, last)[0].numpy(), phones[0].numpy()
 
 
 def mouth_correlations(

@@ -182,7 +182,7 @@ def _rows_late(record: dict[str, Any], ahead: int) -> dict[str, int]:
     hidden = record["mouth_layer"] * ahead
     return {
         "hidden": hidden,
-        "mouth": hidden + record["mouth_ahead"],
+        "mouth": max(hidden + record["mouth_ahead"], record["layers"] * ahead),
         "phones": record["layers"] * ahead,
     }
 
@@ -196,7 +196,7 @@ class TrunkRows:
     Parameters
     ----------
     hidden : (row, width) float32
-        What the mouth is predicted from: the rows after the mouth's layer, normalised.
+        The rows after the mouth's layer, normalised.
     mouth : (row, 7) float32
         `MOUTH_FIELDS`.
     phones : (row, 40) float32
@@ -246,6 +246,9 @@ class TrunkStream:
             )
             for _ in range(self._layers)
         ]
+        # The mouth is predicted from both, of which one may have to wait for the other.
+        self._hidden = _nothing(late["mouth"] - record["mouth_ahead"] - late["hidden"], width)
+        self._last = _nothing(late["mouth"] - late["phones"], width)
         self._mouth = _nothing(record["reach"], record["mouth_channels"])
         self._phones = _nothing(record["reach"], record["phone_channels"])
         self._mel = whisper_mel.WhisperMel(together)
@@ -297,6 +300,8 @@ class TrunkStream:
             "bands": self._bands[: 2 * rows + 2 * CONTEXT - 1],
             "positions": network.positions[places],
             "windows": starts[:, None] + np.arange(self._window),
+            "hidden_before": self._hidden,
+            "last_before": self._last,
             "mouth_before": self._mouth,
             "phones_before": self._phones,
         }
@@ -310,6 +315,8 @@ class TrunkStream:
                 setattr(
                     layer, part, _moved_on(getattr(layer, part), outputs[f"{part}_{number}_new"])
                 )
+        self._hidden = _moved_on(self._hidden, outputs["hidden"])
+        self._last = _moved_on(self._last, outputs["last_new"])
         self._mouth = _moved_on(self._mouth, outputs["mouth_new"])
         self._phones = _moved_on(self._phones, outputs["phones_new"])
         self._bands = self._bands[2 * rows :]
