@@ -18,17 +18,11 @@ from elocute.speech.times.read import SpeechTimes
 
 @dataclass(frozen=True)
 class KnownSpeech:
-    """Phones as `extract_features` takes them, and notes that come up meanwhile.
+    """Phones as `extract_features` takes them, None where nothing is known, and what comes up
+    later.
 
-    Parameters
-    ----------
-    phones : list of (float, float, str), callable or None
-        None where nothing is known.
-    notes : list of str
-        What to know about them; grows while the features are made.
-    words : list of (float, float, str)
-        Start in s, end in s and word, where words are known, with the marks of a given text; grows
-        likewise.
+    `notes` say what to know about the phones and `words` are start in s, end in s and word, with
+    the marks of a given text, where words are known; both grow while the features are made.
     """
 
     phones: list[Label] | PhoneRefiner | None
@@ -43,20 +37,8 @@ class KnownSpeech:
 def known_speech(
     phones: list[Label] | SpeechTimes | None, text: str | None, language: str
 ) -> KnownSpeech:
-    """What a caller knows of a speech.
-
-    Parameters
-    ----------
-    phones : list of (float, float, str), SpeechTimes or None
-        Phones with their times, or what a file of such times holds.
-    text : str or None
-        What is said.
-    language : str
-        Of the words.
-
-    Returns
-    -------
-    KnownSpeech
+    """What a caller knows of a speech: phones with their times, what a file of such times holds, or
+    what is said in the language.
 
     Raises
     ------

@@ -156,19 +156,11 @@ def ipa_phone(symbol: str, language: str = "") -> str | None:
 
 
 def ipa_phones(symbol: str, language: str = "") -> list[str]:
-    """Phones for an IPA symbol with its marks, or for several symbols in a row.
+    """Phones for an IPA symbol with its marks, or for several symbols in a row: of PHONES,
+    [PROLONGS] for a mark alone, none for an unknown symbol.
 
-    Parameters
-    ----------
-    symbol : str
-        As espeak-ng, MFA and dictionaries write it: t, tʃ, also əl and ɑːɹ, which are two.
-    language : str
-        Whose phones they are, as `de` or `en-us`.
-
-    Returns
-    -------
-    list of str
-        Of PHONES; [PROLONGS] for a mark alone, none for an unknown symbol.
+    The symbol is as espeak-ng, MFA and dictionaries write it: t, tʃ, also əl and ɑːɹ, which are
+    two. The language, as `de` or `en-us`, says whose phones they are.
     """
     special = BY_LANGUAGE.get(language[:2], {})
     if symbol in special:
@@ -310,22 +302,10 @@ v."""
 
 
 def phone_of(symbol: str, alphabet: str, language: str = "") -> str | None:
-    """Phones for a symbol.
+    """One of PHONES, or several joined by spaces, for a phone, a pause or a mark of an alphabet.
 
-    Parameters
-    ----------
-    symbol : str
-        A phone, a pause, or a mark.
-    alphabet : str
-        One of ALPHABETS.
-    language : str
-        Whose phones they are, where it matters.
-
-    Returns
-    -------
-    str or None
-        One of PHONES, or several joined by spaces; PROLONGS for a mark alone, SPOKEN_NOISE where
-        nobody knows the phone, None for what the alphabet has not.
+    PROLONGS stands for a mark alone, SPOKEN_NOISE where nobody knows the phone, None for what the
+    alphabet has not. The language says whose phones they are, where it matters.
     """
     name = symbol.strip()
     # Kaldi marks the place of a phone in its word: AH_B, AH_I, AH_E, AH_S.
@@ -341,19 +321,8 @@ def phone_of(symbol: str, alphabet: str, language: str = "") -> str | None:
 
 
 def alphabet_of(symbols: Iterable[str]) -> tuple[str, list[str]]:
-    """The alphabet that knows most of the symbols of a file.
-
-    Parameters
-    ----------
-    symbols : iterable of str
-        Of one file.
-
-    Returns
-    -------
-    alphabet : str
-        One of GUESSED or TELLING.
-    unknown : list of str
-        The symbols that it does not know.
+    """The alphabet (of GUESSED or TELLING) that knows most of the symbols of a file, and the
+    symbols that it does not know.
     """
     different = dict.fromkeys(symbols)
     for alphabet, telling in TELLING.items():
@@ -370,19 +339,8 @@ def alphabet_of(symbols: Iterable[str]) -> tuple[str, list[str]]:
 
 
 def nearest_symbols(symbol: str, alphabet: str) -> list[str]:
-    """The symbols of an alphabet that are spelled most like one that it does not have.
-
-    Parameters
-    ----------
-    symbol : str
-        The unknown symbol.
-    alphabet : str
-        One of ALPHABETS.
-
-    Returns
-    -------
-    list of str
-        Three at most, the nearest first.
+    """The symbols of an alphabet, three at most, spelled most like one that it lacks; nearest
+    first.
     """
     known = {
         "arpabet": [*PHONES, *ARPABET_TOO],

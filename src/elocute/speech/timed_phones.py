@@ -98,22 +98,8 @@ def find_words(
 ) -> TimedWords:
     """Recognise the words of a speech, and find when each is said.
 
-    Parameters
-    ----------
-    speech, transcribe, language
-        As `find_phones` takes them.
-
-    Returns
-    -------
-    TimedWords
-        Words with the confidence of their alignment, 0 where the recogniser is unsure.
-
-    Raises
-    ------
-    AlignmentError
-        Where no words are recognised.
-    ElocuteError
-        As `find_phones`.
+    Takes and raises what `find_phones` does, and AlignmentError where no words are recognised. The
+    words have the confidence of their alignment, 0 where the recogniser is unsure.
     """
     sound = resolve_speech(speech)
     heard, duration_s = _heard(sound, None, [])

@@ -34,20 +34,11 @@ MARKS = re.compile(r"[^\w\s]*(?:\s+[!?;:…»”.]+(?=\s|$))?")
 
 @dataclass(frozen=True)
 class CueSheet:
-    """What is written.
+    """What `write_cues` writes: one cue or more without gaps, and what is known of the words.
 
-    Parameters
-    ----------
-    cues : sequence of MouthCue
-        Without gaps, one or more.
-    words : sequence of (float, float, str)
-        Start in s, end in s and word, where known.
-    text : str
-        The text that they are the words of, for the captions' punctuation.
-    sound : str
-        Name of the sound's file, told in .json and .xml.
-    fps : float
-        Frames per second of .dat.
+    `words` are start in s, end in s and word; `text` is the text that they are the words of, for
+    the captions' punctuation; `sound` is the name of the sound's file, told in .json and .xml;
+    `fps` are the frames per second of .dat.
     """
 
     cues: Sequence[MouthCue]
@@ -64,13 +55,9 @@ class CueSheet:
 def write_cues(sheet: CueSheet, path: str | Path) -> None:
     """Write cues, or captions of words, as the suffix says.
 
-    Parameters
-    ----------
-    sheet : CueSheet
-        What is written.
-    path : str or Path
-        .tsv, .xml or .json as Rhubarb Lip Sync writes them; .dat for Moho, OpenToonz and other
-        readers of Papagayo's names, frames counted from 1; .srt or .vtt, captions of the words.
+    .tsv, .xml and .json are as Rhubarb Lip Sync writes them; .dat is for Moho, OpenToonz and other
+    readers of Papagayo's names, with frames counted from 1; .srt and .vtt are captions of the
+    words.
 
     Raises
     ------

@@ -57,19 +57,10 @@ class MouthCue:
 
 
 def mouth_cues(speech: TimedSpeech, *, basic: bool = False) -> list[MouthCue]:
-    """The pictures of a speech, without gaps from 0 to its end.
+    """The pictures of a speech, without gaps from 0 to its end, in hundredths of a second as
+    Rhubarb has them; neighbours differ.
 
-    Parameters
-    ----------
-    speech : TimedSpeech
-        Its phones.
-    basic : bool
-        Use A to F alone, for characters that lack G, H and X.
-
-    Returns
-    -------
-    list of MouthCue
-        In hundredths of a second, as Rhubarb has them; neighbours differ.
+    With `basic`, A to F alone are used, for characters that lack G, H and X.
     """
     end = max(round(speech.duration_s, 2), 0.01)
     spans = _lasting(_joined(_over_pauses(_shown(speech.phones), end)))

@@ -36,18 +36,10 @@ ANYWHEN = (-np.inf, np.inf)
 
 @dataclass(frozen=True)
 class PronouncedWord:
-    """A word and how it is spoken.
+    """A word and its phones: one or more, ARPAbet without stress.
 
-    Parameters
-    ----------
-    text : str
-        The word.
-    phones : tuple of str
-        ARPAbet without stress, one or more.
-    span_s : (float, float), optional
-        Start and end in s, where known.
-    sure : bool
-        Whether it is known to be said, and no guess.
+    `span_s` is its start and end in s, where known; `sure` says that it is known to be said, and no
+    guess.
     """
 
     text: str
@@ -79,19 +71,14 @@ class _Lattice:
 
 
 def align_phones(log_posteriors: Float32Array, words: Sequence[PronouncedWord]) -> list[SpokenWord]:
-    """Find the phones of words that are spoken in order.
+    """Find the phones of one word or more that are spoken in order; one SpokenWord for each.
 
     Parameters
     ----------
     log_posteriors : (row, 40) float32
         Of the phone encoder, 50 rows a second.
     words : sequence of PronouncedWord
-        One or more.
-
-    Returns
-    -------
-    list of SpokenWord
-        One for each word.
+        In the order in which they are said.
 
     Raises
     ------

@@ -22,16 +22,9 @@ _SAID_SIGNS = frozenset("%‰&@#§°")
 
 @dataclass(frozen=True)
 class TextWord:
-    """A word and its place: `text[start:end]`.
+    """A word and its place, `text[start:end]`, without the marks round it.
 
-    Parameters
-    ----------
-    start, end : int
-        Letters of the text before it and up to its end.
-    text : str
-        As it is written, without the marks round it.
-    is_sign : bool
-        Whether it is a sign alone, as & or +, which some voices say.
+    `is_sign` says that it is a sign alone, as & or +, which some voices say.
     """
 
     start: int
@@ -54,15 +47,6 @@ def words_of_text(text: str) -> list[TextWord]:
     """The words of a text in their order, and signs that may be spoken.
 
     A sign that touches a word belongs to it: $9.99, 50%.
-
-    Parameters
-    ----------
-    text : str
-        The text.
-
-    Returns
-    -------
-    list of TextWord
     """
     cuts = sorted({0, *(match.start() for match in _boundary().finditer(text)), len(text)})
     found: list[TextWord] = []
@@ -89,27 +73,20 @@ def share_phones(
     places: Sequence[int],
     lengths: Sequence[int],
 ) -> list[tuple[TextWord, range]]:
-    """Give every word of a text its phones.
+    """Give every word of a text the numbers of its phones, one or more.
 
     Engines join words ("of the") and part others ("lived" at a suffix): what lies between the
-    places that they tell is shared out by how many phones each word has when it stands alone.
+    places that they tell is shared out by how many phones each word has when it stands alone. Where
+    there are fewer phones than words, words are joined; a sign that is not spoken is left out.
 
     Parameters
     ----------
-    text : str
-        The text.
-    words : sequence of TextWord
-        Its words, from `words_of_text`.
+    text, words
+        The text and its words, from `words_of_text`.
     places : sequence of int
         Of each phone, the place in the text at which the engine was.
     lengths : sequence of int
         Of each word, its phones where it stands alone.
-
-    Returns
-    -------
-    list of (TextWord, range)
-        Every word once, with the numbers of its phones, one or more. Where there are fewer phones
-        than words, words are joined; a sign that is not spoken is left out.
     """
     owners = _owners(words, places)
     said = set(owners)

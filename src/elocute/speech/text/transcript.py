@@ -97,10 +97,6 @@ class Transcript:
         heard : (row, 40) float32
             Log-posteriors of the phone encoder, 50 rows a second.
 
-        Returns
-        -------
-        list of SpokenWord
-
         Raises
         ------
         AlignmentError
@@ -180,20 +176,12 @@ class TranscribedPhones:
 
 
 def transcribe(transcript: Transcript, heard: Float32Array, duration_s: float) -> TranscribedPhones:
-    """Find the phones of a transcript in a recording.
+    """Find the phones of a transcript in a recording that lasts `duration_s`.
 
     Parameters
     ----------
-    transcript : Transcript
-        What is said.
     heard : (row, 40) float32
         Log-posteriors of the phone encoder, 50 rows a second.
-    duration_s : float
-        Of the recording.
-
-    Returns
-    -------
-    TranscribedPhones
 
     Raises
     ------

@@ -62,37 +62,20 @@ def is_captions(text: str) -> bool:
 
 
 def captions_of(text: str) -> list[Label]:
-    """The captions of a text of subtitles, without tags, speakers and stage directions.
+    """The captions of subtitles (SubRip, WebVTT, SubStation Alpha) or lyrics (LRC).
 
-    Parameters
-    ----------
-    text : str
-        SubRip, WebVTT, SubStation Alpha or lyrics (LRC). What captions that roll up repeat of the
-        one before is left out.
-
-    Returns
-    -------
-    list of (float, float, str)
-        Start in s, end in s and what is said.
-
-    Raises
-    ------
-    InputError
-        For times that go back, and too many captions.
+    They are start in s, end in s and what is said, without tags, speakers and stage directions, and
+    without what captions that roll up repeat of the one before. Raises InputError for times that go
+    back, and too many captions.
     """
     return [(each.start, each.end, _MARKS.sub("", said)) for each, said in _said(text)]
 
 
 def words_of_captions(text: str) -> list[Label]:
-    """The words of subtitles, as `captions_of` has these, each with its time.
+    """The words of subtitles, as `captions_of` has these: start in s, end in s and word, in order.
 
     Where captions have no times for words, it is that of the caption: a word is said somewhere
     there.
-
-    Returns
-    -------
-    list of (float, float, str)
-        Start in s, end in s and word, in order.
     """
     from elocute.speech.text.text_words import words_of_text
 
@@ -113,20 +96,7 @@ def words_of_captions(text: str) -> list[Label]:
 
 
 def said_text(text: str) -> tuple[str, list[str]]:
-    """What is said of a text as people have it, subtitles among them.
-
-    Parameters
-    ----------
-    text : str
-        Subtitles, a script, SSML, or a plain text.
-
-    Returns
-    -------
-    said : str
-        What is said.
-    notes : list of str
-        What was left out.
-    """
+    """What is said of subtitles, a script, SSML or a plain text, and notes of what was left out."""
     if is_captions(text):
         return "\n".join(said for _, _, said in captions_of(text)), []
     said, left_out = spoken_script(text)

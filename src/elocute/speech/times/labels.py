@@ -28,16 +28,9 @@ CLOCK = r"(?:\d{1,3}:)?\d{1,3}:\d{2}(?:[.,]\d{1,9})?"
 
 @dataclass(frozen=True)
 class Labels:
-    """What a file holds: phones, or words alone.
+    """What a file holds: phones, or words alone, as start in s, end in s and label.
 
-    Parameters
-    ----------
-    phones, words : list of (float, float, str)
-        Start in s, end in s and label.
-    alphabet : str
-        How the phones are written, where the format says it.
-    notes : list of str
-        What was guessed.
+    `alphabet` says how the phones are written, where the format says it; `notes` what was guessed.
     """
 
     phones: list[Label] = field(default_factory=list)

@@ -42,18 +42,9 @@ class TextGridInterval:
 
 
 def format_textgrid(tiers: Mapping[str, Sequence[TextGridInterval]], duration_s: float) -> str:
-    """The long form; rests between intervals are empty intervals, as Praat wants them.
+    """The long form of tiers, whose intervals are each in order and without overlap.
 
-    Parameters
-    ----------
-    tiers : mapping of str to sequence of TextGridInterval
-        By name, each in order and without overlap.
-    duration_s : float
-        Of all of them.
-
-    Returns
-    -------
-    str
+    Rests between intervals are empty intervals, as Praat wants them.
     """
     lines = [
         'File type = "ooTextFile"',

@@ -23,14 +23,9 @@ _PARTS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[^\W\d_]+")
 
 @dataclass(frozen=True)
 class TierChoice:
-    """Which tier a caller wants; "" where any will do.
+    """Which tier a caller wants: its name, or its number from 1; "" where any will do.
 
-    Parameters
-    ----------
-    tier : str
-        Its name, or its number from 1.
-    speaker : str
-        Whose tiers: the rest of their names.
+    `speaker` says whose tiers they are: the rest of their names.
     """
 
     tier: str = ""
@@ -50,21 +45,9 @@ class TierChoice:
         """The labels of the tier of phones, and those of its speaker's words; else those of words,
         else those of the only tier.
 
-        Parameters
-        ----------
-        tiers : sequence of (str, list of (float, float, str))
-            All tiers of intervals, in the order of the file.
-        sorted_out : callable
-            Says whether labels are phones or words where the name of their tier does not.
-
-        Returns
-        -------
-        Labels
-
-        Raises
-        ------
-        InputError
-            For a tier that is not there, several that could be meant, and none that is known.
+        `tiers` are all tiers of intervals, in the order of the file; `sorted_out` says whether
+        labels are phones or words where the name of their tier does not. Raises InputError for a
+        tier that is not there, several that could be meant, and none that is known.
         """
         if self.tier:
             chosen = self._named(tiers)

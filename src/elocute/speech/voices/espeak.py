@@ -51,16 +51,7 @@ LEAD_S, TAIL_S = 0.25, 0.35
 
 
 def check_text(text: str) -> str:
-    """A text that can be spoken, white space around it taken away.
-
-    Parameters
-    ----------
-    text : str
-        The text; line ends and tabs count as spaces.
-
-    Returns
-    -------
-    str
+    """A text that can be spoken, white space around it taken away; line ends and tabs are spaces.
 
     Raises
     ------
@@ -112,24 +103,9 @@ def speak(text: str, settings: VoiceSettings | None = None) -> SpokenText:
 
 
 def spell(words: Sequence[str], settings: VoiceSettings) -> dict[str, tuple[str, ...]]:
-    """The phones of words, each as it is said alone; none for one that is not spoken.
+    """The ARPAbet phones of words, each as it is said alone; none for one that is not spoken.
 
-    Parameters
-    ----------
-    words : sequence of str
-        The words.
-    settings : VoiceSettings
-        Whose language they are in.
-
-    Returns
-    -------
-    dict of str to tuple of str
-        ARPAbet phones of each word.
-
-    Raises
-    ------
-    InputError, MachineError
-        As `speak`.
+    `settings` say the language. Raises as `speak`.
     """
     for word in words:
         if any(map(str.isalnum, word)):

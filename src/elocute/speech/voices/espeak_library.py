@@ -60,19 +60,12 @@ _CALLBACK = ctypes.CFUNCTYPE(
 
 @dataclass(frozen=True)
 class EspeakSpeech:
-    """What the library said.
+    """What the library said: 16-bit samples of the machine's byte order, and where each phone and
+    word begins.
 
-    Parameters
-    ----------
-    samples : bytes
-        16-bit samples of the machine's byte order.
-    sample_rate : int
-        Hz.
-    phones : list of (int, str)
-        First sample of each phone and its name in IPA; "" and marks of stress or length among them.
-    words : list of (int, int, int, int)
-        First sample of each word, its first letter in the text counted from 0, its letters, and how
-        many of `phones` come before it.
+    `phones` are the first sample of each phone and its name in IPA, "" and marks of stress or
+    length among them. `words` are the first sample of each word, its first letter in the text
+    counted from 0, its letters, and how many of `phones` come before it.
     """
 
     samples: bytes
@@ -82,19 +75,10 @@ class EspeakSpeech:
 
 
 class EspeakLibrary:
-    """The library, loaded once in a process.
+    """The library, loaded once in a process; OSError where it cannot be loaded, or finds no data.
 
-    Parameters
-    ----------
-    library : str
-        Its file, or the name under which the system finds it.
-    data_home : str, optional
-        The folder that holds `espeak-ng-data`; the library's own by default.
-
-    Raises
-    ------
-    OSError
-        Where it cannot be loaded, or finds no data.
+    `library` is its file, or the name under which the system finds it; `data_home` the folder that
+    holds `espeak-ng-data`, the library's own by default.
     """
 
     def __init__(self, library: str = "libespeak-ng.so.1", data_home: str | None = None) -> None:
