@@ -225,19 +225,9 @@ CANCELLING = "its channels cancel each other; the loudest, {}, is taken: `channe
 
 
 def loudest_of_cancelling(energies: Float64Array, mixed: float) -> int | None:
-    """The loudest of channels that cancel each other where they are mixed.
+    """The loudest of channels (channel,) that cancel each other where they are mixed; else None.
 
-    Parameters
-    ----------
-    energies : (channel,)
-        Of each.
-    mixed : float
-        Of their mean.
-
-    Returns
-    -------
-    int or None
-        None where they do not.
+    `energies` are those of the channels, `mixed` is that of their mean.
     """
     unrelated = float(energies.sum()) / len(energies) ** 2
     return int(energies.argmax()) if unrelated > 0 and mixed < CANCELLED * unrelated else None

@@ -142,17 +142,8 @@ def _chunks(file: BinaryIO) -> Iterator[tuple[bytes, int, bool]]:
 class WavPart(io.RawIOBase):
     """The sound of a WAVE file behind a header that says what is there, as a file to read.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    header : WavHeader
-        What was read of it.
-
-    Raises
-    ------
-    AudioError
-        For a sound that is longer than such a header can say.
+    `header` is what was read of the file at `path`. Raises AudioError for a sound that is longer
+    than such a header can say.
     """
 
     def __init__(self, path: Path, header: WavHeader) -> None:

@@ -38,20 +38,12 @@ DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.I)
 
 @dataclass(frozen=True)
 class Line:
-    """A row of a table.
+    """A row of a table: a take by its name, which is not a path.
 
-    Parameters
-    ----------
-    name : str
-        The name of its take, no path.
-    text : str
-        What is said; "" for a recording without a text.
-    audio : str
-        A recording below the table's folder; "" where the text is spoken.
-    voice : VoiceSettings
-        The voice that speaks it, or the language of the text.
-    settings : dict
-        What is said of the take's settings, by name; an edit list lies below the table's folder.
+    `text` is what is said, "" for a recording without a text. `audio` is a recording below the
+    table's folder, "" where the text is spoken. `voice` speaks the text or says its language.
+    `settings` are what is said of the take's settings, by name; an edit list lies below the table's
+    folder.
     """
 
     name: str
@@ -63,36 +55,19 @@ class Line:
 
 @dataclass(frozen=True)
 class UnusableLine:
-    """A row that makes no take, and why.
-
-    Parameters
-    ----------
-    name : str
-        What it is called, as far as it has a name.
-    fault : str
-        In one line.
-    """
+    """A row that makes no take: its name, as far as it has one, and its fault in one line."""
 
     name: str
     fault: str
 
 
 def read_lines(path: str | Path, voice: VoiceSettings) -> list[Line | UnusableLine]:
-    """Read a table of lines.
+    """Read a table of lines, in the order of its rows; what is wrong with one row is told of that
+    row alone.
 
-    Parameters
-    ----------
-    path : str or Path
-        A table parted by commas, semicolons or tabs whose first row names its columns: `id`, `text`
-        or `audio` or both, and any of `language`, `voice`, `rate`, `pitch` and `SETTINGS`. Other
-        columns are left alone.
-    voice : VoiceSettings
-        What an empty cell means.
-
-    Returns
-    -------
-    list of Line or UnusableLine
-        In the order of the rows; what is wrong with one row is told of that row alone.
+    Commas, semicolons or tabs part its columns, which its first row names: `id`, `text` or `audio`
+    or both, and any of `language`, `voice`, `rate`, `pitch` and `SETTINGS`. Other columns are left
+    alone. An empty cell means what `voice` says.
 
     Raises
     ------

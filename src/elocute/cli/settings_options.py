@@ -91,22 +91,9 @@ def options_of(
 ) -> Any:
     """The default of a parameter that stands for the settings of a dataclass.
 
-    Parameters
-    ----------
-    cls : type
-        The dataclass.
-    without : iterable of str
-        Fields that are not options.
-    flags : mapping of str, optional
-        Flags that are not named after their fields: {"batch_pairs": "--batch"}.
-    defaults : mapping of str, optional
-        Defaults that differ from the dataclass's.
-    presets : iterable of str, optional
-        Names that the dataclass's method `preset` takes, its defaults first.
-
-    Returns
-    -------
-    SettingsGroup
+    `without` are fields that are not options. `flags` are those that are not named after their
+    fields, as {"batch_pairs": "--batch"}, and `defaults` those that differ from the dataclass's.
+    `presets` are names that the dataclass's method `preset` takes, its defaults first.
     """
     settings = (cls, frozenset(without), flags or {}, defaults or {})
     return PresetGroup(*settings, tuple(presets)) if presets else SettingsGroup(*settings)
@@ -119,24 +106,10 @@ def option(
     default: Any = ...,
     completed: Callable[[], Iterable[str]] | None = None,
 ) -> Any:
-    """The typer option of one setting; its range is checked where the setting is used.
+    """The typer option of the field `name`; its range is checked where the setting is used.
 
-    Parameters
-    ----------
-    cls : type
-        The settings dataclass.
-    name : str
-        Its field.
-    *flags : str
-        Flags, where the field's name is not the flag.
-    default
-        The command's default, where it differs from the dataclass's.
-    completed : callable, optional
-        Gives the names that a shell completes.
-
-    Returns
-    -------
-    typer.models.OptionInfo
+    `flags` and `default` are given where they differ from the dataclass's; `completed` gives the
+    names that a shell completes.
     """
     field, known = next(pair for pair in settings_of(cls) if pair[0].name == name)
     more: dict[str, Any] = {"parser": frame_rate, "metavar": "RATE"} if name == "fps" else {}

@@ -63,16 +63,10 @@ class Control:
 
 @dataclass(frozen=True)
 class Turn:
-    """A joint of a file, and what turns it.
+    """The joint `node` of a file, and what turns it.
 
-    Attributes
-    ----------
-    node : int
-        Of the file.
-    joints : tuple of str
-        Joints of the built-in head whose turns it takes, the outermost first.
-    controls : dict of str to (float, float)
-        Degrees of nod and turn at weight one, by the name of a control.
+    `joints` are those of the built-in head whose turns it takes, the outermost first; `controls`
+    are degrees of nod and turn at weight one, by the name of a control.
     """
 
     node: int
@@ -84,27 +78,10 @@ class Turn:
 class Character:
     """A glTF file whose face is moved by the built-in head's curves.
 
-    Parameters
-    ----------
-    name : str
-        What messages call it: the name of its file.
-    document : GltfDocument
-        The file.
-    nodes : tuple of int
-        Nodes whose meshes are moved.
-    controls : tuple of Control
-        Their morph targets.
-    turns : tuple of Turn
-        Its joints.
-    facing_deg : float
-        How far its face is turned about +Y from +Z.
-    notes : tuple of str
-        What to know about it: shapes and meshes that nothing moves.
-
-    Raises
-    ------
-    HeadError
-        Where these name what the file does not have.
+    `name` is what messages call it: the name of its file. `nodes` are those whose meshes are moved,
+    `controls` their morph targets, `turns` its joints. `facing_deg` is how far its face is turned
+    about +Y from +Z. `notes` say which shapes and meshes nothing moves. Raises HeadError where
+    these name what the file does not have.
     """
 
     name: str
@@ -171,22 +148,9 @@ class Character:
 
 
 def character_of_arrays(stored: Mapping[str, NDArray[Any]]) -> Character | None:
-    """The character that `Character.arrays` stored.
+    """The character that `Character.arrays` stored in arrays of an .npz; None where it has none.
 
-    Parameters
-    ----------
-    stored : mapping of str to array
-        Arrays of an .npz by name.
-
-    Returns
-    -------
-    Character or None
-        None where the .npz has none.
-
-    Raises
-    ------
-    HeadError
-        For a mapping or a file that is damaged.
+    Raises HeadError for a mapping or a file that is damaged.
     """
     if _FILE not in stored and _RECORD not in stored:
         return None

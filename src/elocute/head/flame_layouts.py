@@ -62,40 +62,19 @@ ASIDE += ("detailcode", "focal_length", "lights", "tex_extra", "images")
 
 
 def is_flame(names: Sequence[str]) -> bool:
-    """Whether names of arrays are FLAME's parameters.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of an .npz.
-
-    Returns
-    -------
-    bool
-    """
+    """Whether names of an .npz's arrays are FLAME's parameters."""
     return any(name in EXPRESSION for name in names)
 
 
 def read_layout(
     path: str | Path, fps: float | None = None
 ) -> tuple[dict[str, Float64Array], float | None, list[str]]:
-    """Read parameters in any layout.
+    """FLAME's parameters of a file or folder in any layout, frames per second and names left out.
 
-    Parameters
-    ----------
-    path : str or Path
-        An .npz; a folder with one for each frame, or with folders of exp.npy, pose.npy and so on.
-    fps : float, optional
-        Frames per second, where the file does not say it.
-
-    Returns
-    -------
-    parts : dict of str to array
-        shape (identity,), expression (frame, expression), pose (frame, 15), translation (frame, 3).
-    fps : float or None
-        Where it is said.
-    left_out : list of str
-        Names of arrays that FLAME has no use for.
+    The path is an .npz, a folder with one for each frame, or one with folders of exp.npy, pose.npy
+    and so on. Parameters are shape (identity,), expression (frame, expression), pose (frame, 15)
+    and translation (frame, 3). Frames per second are `fps` where the file does not say them. The
+    names are those of arrays that FLAME has no use for.
 
     Raises
     ------

@@ -14,17 +14,9 @@ TYPICAL_DEG = 30.0
 
 
 def gaze_reach(head: HeadModel) -> dict[str, float]:
-    """How far the eyeLook shapes of a head turn its eyes at weight one.
+    """Degrees by which ARKit's eyeLook shapes of a head turn its eyes at weight one.
 
-    Parameters
-    ----------
-    head : HeadModel
-        With ARKit's eyeLook shapes.
-
-    Returns
-    -------
-    dict of str to float
-        Degrees, the mean of both eyes, by "Up", "Down", "In" and "Out".
+    They are the mean of both eyes, by "Up", "Down", "In" and "Out".
     """
     if not has_eyeballs(head):
         return dict.fromkeys(DIRECTIONS, TYPICAL_DEG)

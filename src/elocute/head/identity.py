@@ -71,21 +71,10 @@ def _named() -> dict[str, list[float]]:
 
 
 def identity_choice(identity: str | int | Path) -> str:
-    """What a caller names as `identity`, as the text that `resolve_identity` takes.
+    """A name, a seed, or the path of a JSON file of coefficients, as the text that
+    `resolve_identity` takes.
 
-    Parameters
-    ----------
-    identity : str, int or Path
-        A name, a seed, or a JSON file of coefficients.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    HeadError
-        For a path that is none.
+    Raises HeadError for a path that cannot be that of such a file.
     """
     if isinstance(identity, os.PathLike):
         identity = path_of(identity, HeadError)

@@ -26,10 +26,8 @@ def mouth_opening(head: HeadModel, points: FloatArray) -> Float32Array:
 
     Parameters
     ----------
-    head : HeadModel
-        Whose lips.
     points : (vertex, 3)
-        Its vertices, m.
+        The head's vertices, m.
 
     Returns
     -------

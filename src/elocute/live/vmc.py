@@ -33,10 +33,7 @@ VRM0 = {
 class Vmc:
     """Bundles of expressions, and of neck and head as bones in Unity's axes.
 
-    Parameters
-    ----------
-    values : callable
-        Names and weights of a frame.
+    `values` gives the names and weights of a frame.
     """
 
     def __init__(self, values: Callable[[LiveFrame], dict[str, float]]) -> None:

@@ -30,24 +30,14 @@ def plot_alignment(
 ) -> None:
     """Draw a warping path over matrices, with both spectrograms beside them, as .png.
 
+    `sounds` are source and target. `matrices` (source frame, target frame) are by the names above
+    them, side by side: attention, or costs with their sign turned; more is darker. Raises
+    OutputError for a place that cannot be written.
+
     Parameters
     ----------
-    sounds : sequence of Waveform
-        Source and target.
-    matrices : mapping of str to (source frame, target frame)
-        By the names above them, side by side: attention, or costs with their sign turned; more is
-        darker.
     path : (step, 2)
         Frames of source and target, drawn over each matrix.
-    output : str or Path
-        The picture.
-    title : str
-        Its heading.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written.
     """
     from PIL import Image, ImageDraw, ImageFont
 

@@ -17,19 +17,7 @@ INKS = ("#1f5fa8", "#b4482b", "#3a7d44", "#7a4b9a", "#8a6d1f", "#2b7a86")
 def plot_curves(curves: Curves, path: str | Path, title: str = "") -> None:
     """Draw curves over a common time axis, a panel for each, as .png.
 
-    Parameters
-    ----------
-    curves : Curves
-        What is drawn.
-    path : str or Path
-        The picture.
-    title : str
-        Its heading.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written.
+    Raises OutputError for a place that cannot be written.
     """
     from PIL import Image, ImageDraw, ImageFont
 

@@ -44,25 +44,9 @@ def plot_overlay(
 ) -> None:
     """Draw curves over each other in one panel, as .png.
 
-    Parameters
-    ----------
-    curves : Curves
-        What is drawn.
-    path : str or Path
-        The picture.
-    title : str
-        Its heading.
-    unit : str
-        Of the values.
-    shade : bool
-        Fill the region between the least and the greatest curve.
-    reach : Curves, optional
-        As many frames, whose region is filled instead.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written.
+    `unit` is that of the values. With `shade`, the region between the least and the greatest curve
+    is filled, or that of `reach`, curves of as many frames. Raises OutputError for a place that
+    cannot be written.
     """
     with write_atomically(path) as draft:
         _panel(curves, title, unit, shade, reach).save(draft)
@@ -71,23 +55,10 @@ def plot_overlay(
 def plot_panels(
     panels: Sequence[tuple[str, Curves]], path: str | Path, *, unit: str = "", shade: bool = True
 ) -> None:
-    """Draw panels of curves below each other, as .png.
+    """Draw panels of curves, each with its heading, below each other as .png.
 
-    Parameters
-    ----------
-    panels : sequence of (str, Curves)
-        Heading and curves of each.
-    path : str or Path
-        The picture.
-    unit : str
-        Of the values.
-    shade : bool
-        Fill the region between the least and the greatest curve.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written.
+    `unit` is that of the values. With `shade`, the region between the least and the greatest curve
+    is filled. Raises OutputError for a place that cannot be written.
     """
     from PIL import Image
 

@@ -22,14 +22,8 @@ REACH_M, OFF_M = 0.025, 0.004
 def given_way(dressed: HeadModel, hair: slice, head: HeadModel) -> HeadModel:
     """A head whose shapes also move hair that their cheeks would come through.
 
-    Parameters
-    ----------
-    dressed : HeadModel
-        It wears hair.
-    hair : slice
-        Of its vertices.
-    head : HeadModel
-        The same, bare: its first vertices.
+    `dressed` wears the hair, at the vertices of that slice; `head` is the same, bare: its first
+    vertices.
     """
     normals = vertex_normals(head.template, head.triangles)
     out = np.einsum("svc,vc->sv", head.expression_basis, normals)

@@ -19,19 +19,10 @@ TIMES, AT_A_TIME = 2, 512
 
 
 def laid_on(hair: Cards, clothes: Cards, head: HeadModel) -> Cards:
-    """Hair that lies on clothes, not in them.
+    """Hair that lies on clothes, not in them; its offsets change where it was in the cloth or
+    nearly so.
 
-    Parameters
-    ----------
-    hair, clothes : Cards
-        Both in the size of the head.
-    head : HeadModel
-        The bare head that both hang on.
-
-    Returns
-    -------
-    Cards
-        The hair, its offsets changed where it was in the cloth or nearly so.
+    Both are in the size of the bare head on which they hang.
     """
     points, cloth = hair.points(head.template), clothes.points(head.template)
     triangles = clothes.quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)

@@ -43,20 +43,10 @@ def skin_picture(
     hair: tuple[float, ...],
     rooted: bool = True,
 ) -> bytes:
-    """A JPEG of the head's atlas.
+    """A JPEG of the head's atlas, the settings being those of `Look`, with the tone a number.
 
-    Parameters
-    ----------
-    age, sex, tone, freckles, stubble
-        As in `Look`; the tone is a number.
-    hair : tuple of float
-        Linear colour of the hair, which stubble and the roots have too.
-    rooted : bool
-        Whether roots of hair shade the scalp.
-
-    Returns
-    -------
-    bytes
+    `hair` is the linear colour of the hair, which stubble and the roots have too; `rooted` says
+    whether roots of hair shade the scalp.
     """
     colour = _flushed(_blend(age, sex, tone), tone)
     strand = np.array(hair, np.float32)

@@ -145,16 +145,9 @@ class Finer:
 def made_finer(head: HeadModel) -> HeadModel:
     """A head of the built-in mesh, perhaps without some of its faces, whose face is finer.
 
-    Parameters
-    ----------
-    head : HeadModel
-        The built-in head's vertices and no others.
-
-    Returns
-    -------
-    HeadModel
-        The same vertices first, new ones after them; the same surface, rounder, but for the
-        balls of the eyes, which are as smooth as those of the built-in head.
+    It has the same vertices first and new ones after them: the same surface, rounder, but for the
+    balls of the eyes, which are as smooth as those of the built-in head. The head that is given has
+    the built-in head's vertices and no others.
     """
     finer = finer_face()
     head = replace(head, template=_evened(head))
