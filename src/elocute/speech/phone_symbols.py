@@ -188,8 +188,8 @@ def ipa_phones(symbol: str, language: str = "") -> list[str]:
 
 
 def one_ipa_phone(symbol: str, language: str = "") -> str | None:
-    """As `ipa_phones`, joined by spaces, but None for what is no one symbol: a word has IPA's
-    letters too."""
+    """As `ipa_phones`, joined by spaces, but None for what is not a single symbol: a word
+    has IPA's letters too."""
     bare = _bare(symbol)
     letters = set(bare)
     vowels = len(bare) <= 3 and letters <= _VOWELS | _GLIDES | _COLOURS and bare[:1] not in _COLOURS

@@ -11,8 +11,7 @@ import typer
 from elocute.capture.blendshapes.settings import BlendshapeConfig
 from elocute.cli import format_options, options
 from elocute.cli.command_group import CommandGroup
-from elocute.cli.json_reports import write_json_report
-from elocute.cli.outputs import check_file_suffix, nothing_to_do, plan_files
+from elocute.cli.outputs import check_file_suffix, nothing_to_do, plan_files, write_json_report
 from elocute.cli.progress import progress_bar
 from elocute.cli.settings_options import options_of
 from elocute.errors import CorpusError, InputError

@@ -10,8 +10,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.contacts import Bare, contacts_shown
-from elocute.cli.json_reports import write_json_report
-from elocute.cli.outputs import check_file_suffix, plan_files
+from elocute.cli.outputs import check_file_suffix, plan_files, write_json_report
 from elocute.cli.progress import progress_bar
 from elocute.errors import CorpusError, InputError
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
-from elocute.cli.json_reports import write_json_report
 from elocute.errors import CorpusError, InputError, needs_extra
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ def features_command(
     """
     from elocute.articulation.settings import lays_contacts
     from elocute.cli.commands.evaluate_corpus import cell, measure_of
-    from elocute.cli.outputs import plan_files
+    from elocute.cli.outputs import plan_files, write_json_report
     from elocute.cli.tables import check_tables, write_tables
     from elocute.corpus.corpus_store import open_corpus
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
-from elocute.cli.json_reports import write_json_report
 from elocute.cli.name_lists import read_names
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
@@ -68,7 +67,7 @@ def wild_command(
     """
     from elocute.articulation.settings import lays_contacts
     from elocute.cli.commands.train import report_left_out
-    from elocute.cli.outputs import plan_files
+    from elocute.cli.outputs import plan_files, write_json_report
     from elocute.cli.progress import EpochLines
     from elocute.cli.tables import check_tables, write_tables
     from elocute.corpus.corpus_store import open_corpus

@@ -12,8 +12,7 @@ from elocute.head.looks import baked
 from elocute.head.looks.cards import Cards, read_cards
 from elocute.head.looks.eyes import EDGE_RAD, IRIS_DEPTH, IRIS_RAD, eye_picture
 from elocute.head.looks.folds import PLACE, fold_depth, fold_lines
-from elocute.head.looks.hair_clearance import given_way
-from elocute.head.looks.hair_fitting import laid_on
+from elocute.head.looks.hair_fitting import hair_off_cheeks, hair_on_clothes
 from elocute.head.looks.look import CLOTHES, CLOTHES_COLOURS, HAIR_COLOURS, Look
 from elocute.head.looks.skin import normal_picture, skin_picture
 from elocute.head.looks.subdivision import made_finer
@@ -102,13 +101,13 @@ def dress(head: HeadModel, look: Look, *, finer: bool = True) -> HeadModel:
         cards = read_cards(picture).scaled_to(head)
         dressed = _wearing(dressed, head, "brows", cards, _strands(picture, brow, "sheer"))
     if locks:
-        locks = laid_on(locks, clothes, head) if clothes else locks
+        locks = hair_on_clothes(locks, clothes, head) if clothes else locks
         picture = f"hair/{HAIR_PICTURES.get(look.hair, 'strands')}"
         locks = replace(locks, shade=_let_through(np.maximum(locks.shade, DEEPEST_SHADE), hair))
         light = np.minimum(locks.shade / np.float32(OPEN_SHADE), 1) ** 2
         first = dressed.vertex_count
         dressed = _wearing(dressed, head, "hair", locks, _strands(picture, hair), light)
-        dressed = given_way(dressed, slice(first, dressed.vertex_count), head)
+        dressed = hair_off_cheeks(dressed, slice(first, dressed.vertex_count), head)
     if clothes:
         cloth = _cloth(place, CLOTHES_COLOURS[look.clothes_colour])
         dressed = _wearing(dressed, head, "clothes", clothes, cloth)

@@ -1,8 +1,11 @@
-"""Fits long hair to shoulders and clothes."""
+"""Fits hair to the shoulders and clothes it lies on, and moves it aside where cheeks come out."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
 from elocute.head.looks.cards import Cards
@@ -16,9 +19,15 @@ BESIDE_M = 0.010
 """What lies further beside a place of the cloth is not moved by it; from half of it on, less."""
 TIMES, AT_A_TIME = 2, 512
 """Once more for what came out of the shirt, and into its collar."""
+ASIDE_M = 0.03
+"""So far off the middle of the face hair begins that hangs on no brow or lip."""
+COMES_OUT_M = 0.004
+"""A shape that brings no place of the cheeks out by more leaves hair as it is."""
+REACH_M, OFF_M = 0.025, 0.004
+"""How far from skin that comes out hair is looked for, and how far off it that stays at least."""
 
 
-def laid_on(hair: Cards, clothes: Cards, head: HeadModel) -> Cards:
+def hair_on_clothes(hair: Cards, clothes: Cards, head: HeadModel) -> Cards:
     """Hair that lies on clothes, not in them; its offsets change where it was in the cloth or
     nearly so.
 
@@ -47,3 +56,43 @@ def _out_of(points: Float32Array, cloth: Float32Array, normals: Float32Array) ->
     wanted = np.interp(above, (-DEEP_M, FREE_M), (LEAST_M, FREE_M))
     share = np.clip(2 - 2 * beside / BESIDE_M, 0, 1)
     return np.asarray(share * np.maximum(wanted - above, 0) * normal, np.float32)
+
+
+def hair_off_cheeks(dressed: HeadModel, hair: slice, head: HeadModel) -> HeadModel:
+    """A head whose shapes also move hair that their cheeks would come through.
+
+    `dressed` wears the hair, at the vertices of that slice; `head` is the same, bare: its first
+    vertices.
+    """
+    normals = vertex_normals(head.template, head.triangles)
+    out = np.einsum("svc,vc->sv", head.expression_basis, normals)
+    skin = head.regions["skin"]
+    beside = np.abs(head.template[skin, 0]) > ASIDE_M
+    cheeks = skin[beside & (out[:, skin] > COMES_OUT_M).any(0)]
+    shapes = np.flatnonzero((out[:, cheeks] > COMES_OUT_M).any(1))
+    points = dressed.template[hair]
+    near, nearest = _nearest(points, head.template[cheeks])
+    if not len(near):
+        return dressed
+    under = cheeks[nearest]
+    off = np.einsum("vc,vc->v", points[near] - head.template[under], normals[under])
+    basis = dressed.expression_basis.copy()
+    for shape in shapes:
+        wanted = out[shape, under] - np.maximum(off - OFF_M, 0)
+        already = np.einsum("vc,vc->v", basis[shape, hair][near], normals[under])
+        more = np.maximum(wanted - np.maximum(already, 0), 0) * (off > -OFF_M)
+        basis[shape, hair.start + near] += more[:, None] * normals[under]
+    return replace(dressed, expression_basis=basis)
+
+
+def _nearest(points: Float32Array, skin: Float32Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Which points lie near the skin, and which of its places each of them lies nearest to."""
+    if not len(skin):
+        return np.empty(0, np.intp), np.empty(0, np.intp)
+    within = (points > skin.min(0) - REACH_M) & (points < skin.max(0) + REACH_M)
+    near = np.flatnonzero(within.all(1))
+    squares = (skin**2).sum(1) - 2 * points[near] @ skin.T
+    nearest = squares.argmin(1)
+    away = squares[np.arange(len(near)), nearest] + (points[near] ** 2).sum(1)
+    kept = away < REACH_M**2
+    return near[kept], nearest[kept]
