@@ -69,12 +69,12 @@ def read_wav_header(path: Path) -> WavHeader | None:
         if head[:4] not in (b"RIFF", b"RF64") or head[8:] != b"WAVE":
             return None
         complete = before + struct.unpack("<I", head[4:8])[0] + 8 >= total
-        fmt, fact, long_size, found = b"", b"", 0, None
+        fmt, fact, long_size, data_part = b"", b"", 0, None
         orderly, followers = True, 0
         plain = before == 0
         for name, size, padded in _chunks(file):
             end = file.tell() + size
-            followers += name in (b"RIFF", b"RF64") and found is not None
+            followers += name in (b"RIFF", b"RF64") and data_part is not None
             plain = plain and padded
             if name == b"ds64" and size >= 24:
                 body = file.read(16)
@@ -85,14 +85,14 @@ def read_wav_header(path: Path) -> WavHeader | None:
                 fact = file.read(min(size, 16))
             elif name == b"LIST":
                 orderly = orderly and _list_is_orderly(file, min(end, total))
-            elif name == b"data" and len(fmt) >= 16 and found is None:
+            elif name == b"data" and len(fmt) >= 16 and data_part is None:
                 present = total - file.tell()
-                found = _promised(size, long_size, present, complete), present, file.tell()
+                data_part = _promised(size, long_size, present, complete), present, file.tell()
             orderly = orderly and (end <= total or name == b"data")
-    if found is None:
+    if data_part is None:
         return None
     channels, rate = struct.unpack("<2xHI8x", fmt[:16])
-    promised, present, start = found
+    promised, present, start = data_part
     return WavHeader(channels, rate, promised, present, orderly, plain, fmt, fact, start, followers)
 
 

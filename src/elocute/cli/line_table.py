@@ -76,22 +76,22 @@ def read_lines(path: str | Path, voice: VoiceSettings) -> list[Line | UnusableLi
     """
     path = Path(path)
     text = read_text(path, max_bytes=BYTES_MAX, allowed="a CSV of lines")
-    found: list[Line | UnusableLine] = []
+    lines: list[Line | UnusableLine] = []
     seen: dict[str, int] = {}
     try:
         table = DelimitedTable.of(text)
         _check_columns(path, table.names)
         for number, row in table.rows():
-            if len(found) >= LINES_MAX:
+            if len(lines) >= LINES_MAX:
                 raise InputError.about(path, found="too many rows", allowed=f"up to {LINES_MAX}")
-            found.append(_line(number, table, row, voice, seen))
+            lines.append(_line(number, table, row, voice, seen))
     except csv.Error as error:
         raise InputError.about(
             path, found=f"not a CSV ({str(error)[:60]})", allowed=",".join(COLUMNS)
         ) from error
-    if not found:
+    if not lines:
         raise InputError.about(path, found="no rows", allowed="a row for each take")
-    return found
+    return lines
 
 
 def _check_columns(path: Path, names: Sequence[str]) -> None:
@@ -104,10 +104,10 @@ def _check_columns(path: Path, names: Sequence[str]) -> None:
     }
     wrong = next((name for name, near in meant.items() if near not in names), "")
     if twice or wrong or "id" not in names or not {"text", "audio"} & set(names):
-        told = f"column {(twice or [wrong])[0][:40]!r}" + " twice" * bool(twice)
+        fault = f"column {(twice or [wrong])[0][:40]!r}" + " twice" * bool(twice)
         raise InputError.about(
             path,
-            found=told if twice or wrong else f"columns {', '.join(names)[:60] or 'missing'}",
+            found=fault if twice or wrong else f"columns {', '.join(names)[:60] or 'missing'}",
             allowed=f"id, text or audio, and any of {', '.join(COLUMNS[3:])}",
             remedy=f"{wrong[:40]!r} may be {meant[wrong]!r}" if wrong and not twice else "",
         )

@@ -130,8 +130,8 @@ def warn_of_silence(targets: Iterable[Path], remedy: str) -> None:
 
     silent = [path.name for path in targets if WRITERS[path.suffix.lower()].has_sound]
     if silent:
-        told = f"{', '.join(silent)}: without sound; {remedy}"
-        print(f"elocute: {told}", file=sys.stderr)
+        warning = f"{', '.join(silent)}: without sound; {remedy}"
+        print(f"elocute: {warning}", file=sys.stderr)
 
 
 def write_json_report(path: Path, text: str) -> None:

@@ -178,18 +178,18 @@ def character_of_arrays(stored: Mapping[str, NDArray[Any]]) -> Character | None:
 
 
 def _control(record: Any) -> Control:
-    given = as_record(record, "character", ALLOWED, HeadError)
+    entry = as_record(record, "character", ALLOWED, HeadError)
     binds = []
-    for bind in _list(given.get("binds")):
+    for bind in _list(entry.get("binds")):
         mesh, target, share = _list(bind) if len(_list(bind)) == 3 else (None,) * 3
         binds.append((_whole(mesh), _whole(target), _number(share, SHARE_MAX)))
     return Control(
-        _text(given.get("name")),
-        _shares(given.get("looks")),
+        _text(entry.get("name")),
+        _shares(entry.get("looks")),
         tuple(binds),
-        _shares(given.get("shares")),
-        given.get("switch") is True,
-        {name: _text(way) for name, way in _overrides(given).items()},
+        _shares(entry.get("shares")),
+        entry.get("switch") is True,
+        {name: _text(way) for name, way in _overrides(entry).items()},
     )
 
 
@@ -198,20 +198,20 @@ def _overrides(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _turn(record: Any) -> Turn:
-    given = as_record(record, "character", ALLOWED, HeadError)
+    entry = as_record(record, "character", ALLOWED, HeadError)
     controls = {}
-    for name, degrees in as_record(given.get("controls"), "turn", ALLOWED, HeadError).items():
+    for name, degrees in as_record(entry.get("controls"), "turn", ALLOWED, HeadError).items():
         pair = [_number(each, DEGREES_MAX) for each in _list(degrees)]
         if len(pair) != 2:
             raise _damaged()
         controls[name] = (pair[0], pair[1])
-    joints = tuple(_text(each) for each in _list(given.get("joints")))
-    return Turn(_whole(given.get("node")), joints, controls)
+    joints = tuple(_text(each) for each in _list(entry.get("joints")))
+    return Turn(_whole(entry.get("node")), joints, controls)
 
 
 def _shares(record: Any) -> dict[str, float]:
-    given = as_record(record, "character", ALLOWED, HeadError)
-    return {_text(name): _number(share, SHARE_MAX) for name, share in given.items()}
+    entry = as_record(record, "character", ALLOWED, HeadError)
+    return {_text(name): _number(share, SHARE_MAX) for name, share in entry.items()}
 
 
 def _list(value: Any) -> list[Any]:

@@ -51,8 +51,8 @@ def both_sides(looks: Mapping[str, float], names: tuple[str, ...]) -> dict[str, 
 
     `looks` name shapes with or without a side; those that the head lacks are left out.
     """
-    found: dict[str, float] = {}
+    weights: dict[str, float] = {}
     for name, weight in looks.items():
         sided = [name] if name in names else [f"{name}{side}" for side in ("Left", "Right")]
-        found |= {each: weight for each in sided if each in names}
-    return found
+        weights |= {each: weight for each in sided if each in names}
+    return weights

@@ -111,18 +111,18 @@ def _frame_paths(path: Path) -> tuple[list[Path], NDArray[np.int64]]:
     alone = [path], np.zeros(1, np.int64)
     if not path.is_dir():
         return alone
-    found = [each for each in path.iterdir() if each.suffix.lower() == ".npz"]
-    found = found or [each for each in path.iterdir() if (each / "exp.npy").is_file()]
-    if not found and (path / "exp.npy").is_file():
+    frames = [each for each in path.iterdir() if each.suffix.lower() == ".npz"]
+    frames = frames or [each for each in path.iterdir() if (each / "exp.npy").is_file()]
+    if not frames and (path / "exp.npy").is_file():
         return alone
-    if not 0 < len(found) <= FRAMES_MAX:
-        raise HeadError.about(path, found=f"{len(found)} frames", allowed=ALLOWED)
+    if not 0 < len(frames) <= FRAMES_MAX:
+        raise HeadError.about(path, found=f"{len(frames)} frames", allowed=ALLOWED)
 
     def numbers(each: Path) -> list[int]:
         return [int(number) for number in re.findall(r"\d{1,9}", each.name)]
 
-    found.sort(key=lambda each: (numbers(each), each.name))
-    return found, _places(path, found, [numbers(each) for each in found])
+    frames.sort(key=lambda each: (numbers(each), each.name))
+    return frames, _places(path, frames, [numbers(each) for each in frames])
 
 
 def _places(path: Path, found: list[Path], numbers: list[list[int]]) -> NDArray[np.int64]:
@@ -167,8 +167,8 @@ def _fill(path: Path, parts: dict[str, Float64Array], fps: float) -> None:
             allowed=f"gaps of up to {GAP_MAX_S:g} s at {fps:g} a second",
             remedy="cut the recording there",
         )
-    told = f"{path}: {lost.sum()} frames missing between others, interpolated"
-    warnings.warn(told, ElocuteWarning, stacklevel=2)
+    warning = f"{path}: {lost.sum()} frames missing between others, interpolated"
+    warnings.warn(warning, ElocuteWarning, stacklevel=2)
     every = np.arange(len(lost))
     for values in parts.values():
         for column in values.T:
@@ -210,12 +210,12 @@ def _parts(
         if name is None:
             continue
         used.add(name)
-        given = rows(name)
-        if given.shape[1] not in widths or len(given) not in (1, count):
-            found = f"{name} of {given.shape[0]} by {given.shape[1]}"
+        columns = rows(name)
+        if columns.shape[1] not in widths or len(columns) not in (1, count):
+            found = f"{name} of {columns.shape[0]} by {columns.shape[1]}"
             raise HeadError.about(path, found=f"no usable {found}", allowed=ALLOWED)
-        for start, place in widths[given.shape[1]]:
-            parts["pose"][:, place : place + 3] = given[:, start : start + 3]
+        for start, place in widths[columns.shape[1]]:
+            parts["pose"][:, place : place + 3] = columns[:, start : start + 3]
     parts["translation"] = np.zeros((count, 3)) if shift is None else rows(shift)
     if parts["translation"].shape not in ((count, 3), (1, 3)):
         raise HeadError.about(path, found="parts that do not fit each other", allowed=ALLOWED)

@@ -114,8 +114,8 @@ def resolve_identity(choice: str, head: HeadModel | None = None) -> NDArray[np.f
     if choice.lower().endswith(".json"):
         if head is not None:
             return read_identity(Path(choice), 1, count)
-        given = read_identity(Path(choice))
-        return np.pad(given, (0, count - len(given)))
+        coefficients = read_identity(Path(choice))
+        return np.pad(coefficients, (0, count - len(coefficients)))
     known = ", ".join(("mean", *names))
     raise HeadError.about(
         f"identity {choice[:60]!r}",

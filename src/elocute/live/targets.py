@@ -108,9 +108,9 @@ def _parsed(text: str) -> tuple[str, tuple[str, int]]:
     if (colon and not port.isdecimal()) or not 0 < number < 65536:
         raise InputError.about(f"`to` {text[:60]}", found=f"port {port!r}", allowed="1 to 65535")
     try:
-        found = socket.getaddrinfo(host or LOOPBACK, number, type=socket.SOCK_DGRAM)
+        addresses = socket.getaddrinfo(host or LOOPBACK, number, type=socket.SOCK_DGRAM)
     except (OSError, UnicodeError) as error:
         raise InputError.about(
             f"`to` {text[:60]}", found=f"no address of {host!r} ({error})", allowed="a host"
         ) from error
-    return name, (str(found[0][4][0]), number)
+    return name, (str(addresses[0][4][0]), number)

@@ -57,18 +57,18 @@ def known_speech(
 
 def transcribed_speech(transcript: Transcript, notes: tuple[str, ...] = ()) -> KnownSpeech:
     """What a transcript says of a speech: nothing where no words were recognised."""
-    told, words = [*notes, *transcript.notes], list[Label]()
+    all_notes, words = [*notes, *transcript.notes], list[Label]()
     if not transcript.words:
-        return KnownSpeech(None, told)
+        return KnownSpeech(None, all_notes)
 
     def refine(heard: Float32Array, duration_s: float) -> Float32Array:
-        found = aligned(transcript, heard, duration_s)
-        told.extend(found.notes)
-        spoken = [(word.start_s, word.end_s, word.text) for word in found.words]
+        alignment = aligned(transcript, heard, duration_s)
+        all_notes.extend(alignment.notes)
+        spoken = [(word.start_s, word.end_s, word.text) for word in alignment.words]
         words.extend(as_written(spoken, transcript.text))
-        return found.posteriors
+        return alignment.posteriors
 
-    return KnownSpeech(refine, told, words)
+    return KnownSpeech(refine, all_notes, words)
 
 
 def _timed(times: SpeechTimes, language: str) -> KnownSpeech:
@@ -76,14 +76,14 @@ def _timed(times: SpeechTimes, language: str) -> KnownSpeech:
         known = transcribed_speech(Transcript.of_words(times.words, language), times.notes)
         inner = _within(times, known.phones, known.notes)
         return KnownSpeech(inner, known.notes, known.words)
-    told = list(times.notes)
+    notes = list(times.notes)
 
     def refine(heard: Float32Array, duration_s: float) -> Float32Array:
         return blended_posteriors(
             times.phones, heard, duration_s, unknown=times.unknown, heard_share=0.0
         )
 
-    return KnownSpeech(_within(times, refine, told), told, list(times.words))
+    return KnownSpeech(_within(times, refine, notes), notes, list(times.words))
 
 
 def _within(

@@ -168,7 +168,7 @@ def ipa_phones(symbol: str, language: str = "") -> list[str]:
     bare = _bare(symbol)
     if not bare:
         return [PROLONGS if symbol.strip("_ :|") else REST]
-    found: list[str] = []
+    phones: list[str] = []
     at = 0
     while at < len(bare):
         head = next(
@@ -180,11 +180,11 @@ def ipa_phones(symbol: str, language: str = "") -> list[str]:
             None,
         )
         if head is None:
-            return found
-        breath = found and head == "h" and bare[at - 1] not in _VOWELS
-        found += [] if breath else special.get(head, IPA.get(head, "")).split()
+            return phones
+        breath = phones and head == "h" and bare[at - 1] not in _VOWELS
+        phones += [] if breath else special.get(head, IPA.get(head, "")).split()
         at += len(head)
-    return found
+    return phones
 
 
 def one_ipa_phone(symbol: str, language: str = "") -> str | None:
@@ -197,8 +197,8 @@ def one_ipa_phone(symbol: str, language: str = "") -> str | None:
     alone = not bare and not any(letter.isalnum() for letter in symbol if _is_plain(letter))
     if not (bare in IPA or (bare and (vowels or affricate)) or alone):
         return None
-    found = ipa_phones(symbol, language)
-    return " ".join(found) if found else None
+    phones = ipa_phones(symbol, language)
+    return " ".join(phones) if phones else None
 
 
 def _bare(symbol: str) -> str:

@@ -139,15 +139,15 @@ def compare_command(
     opened = open_corpus(corpus)
     bases = _bases(opened, basis, against, split)
     with progress_bar("projecting", as_json) as progress:
-        found = reconstruction_errors(opened, _names(opened, split, part), bases, progress)
+        projections = reconstruction_errors(opened, _names(opened, split, part), bases, progress)
     if plot is not None and plan.wants(plot):
         with plan.writing(plot):
-            _plot(found, opened.fps, plot)
+            _plot(projections, opened.fps, plot)
     record = {
         "corpus": corpus.name,
         "part": part,
-        "frames": len(found[0].errors_mm),
-        "bases": {p.name: {"components": p.components, "mean_mm": p.mean_mm} for p in found},
+        "frames": len(projections[0].errors_mm),
+        "bases": {p.name: {"components": p.components, "mean_mm": p.mean_mm} for p in projections},
     }
     text = json.dumps(record)
     if output is not None and plan.wants(output):
@@ -156,7 +156,7 @@ def compare_command(
     if as_json:
         print(text)
         return
-    for projection in found:
+    for projection in projections:
         print(f"{projection.name:24} {projection.components:4} shapes {projection.mean_mm:8.4f} mm")
 
 

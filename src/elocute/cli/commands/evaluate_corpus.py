@@ -84,12 +84,12 @@ def corpus_command(
     measure = measure_of(opened, lips, upper_face)
     chosen, outputs = open_model(model), mixes_outputs(mix)
     styles = (chosen.styles or ("plain",)) if style in ("each", "best") else (style,)
-    found: dict[str, list[SubjectScore]] = {}
+    scores_of: dict[str, list[SubjectScore]] = {}
     for each in contacts_shown(contacts):
         predict = clip_predictor(chosen, opened, contacts=each == "auto", outputs=outputs)
         with progress_bar(f"measuring, contacts {each}", as_json) as progress:
             scores = score_clips(opened, names, styles, predict, measure, progress)
-        found[each] = (best_style_scores if style == "best" else subject_scores)(scores, seed)
+        scores_of[each] = (best_style_scores if style == "best" else subject_scores)(scores, seed)
     report = {
         "corpus": corpus.name,
         "model": Path(model).name,
@@ -100,17 +100,19 @@ def corpus_command(
         "clips": len(names),
         **measure.record(),
         "confidence": 0.95,
-        "rows": [{"contacts": each, **row.record()} for each in found for row in found[each]],
+        "rows": [
+            {"contacts": each, **row.record()} for each in scores_of for row in scores_of[each]
+        ],
     }
     text = json.dumps(report, allow_nan=False)
     if output is not None and plan.wants(output):
         with plan.writing(output):
             write_json_report(output, text)
-    write_tables(plan, tables, *_table(found))
+    write_tables(plan, tables, *_table(scores_of))
     if as_json:
         print(text)
     else:
-        _show(found, measure)
+        _show(scores_of, measure)
 
 
 def _names(corpus: Corpus, split: str, part: str, limit: int) -> list[str]:

@@ -246,9 +246,9 @@ def _disturbances(kind: str, levels: list[float], seed: int) -> dict[str, Distur
         return {"band": telephone_band}
     if kind == "gain":
         return {f"{level:g} dB": partial(with_gain, gain_db=level) for level in levels}
-    made = _noise_source(kind, seed)
+    noise = _noise_source(kind, seed)
     return {
-        f"{level:g} dB": lambda sound, level=level: with_noise(sound, made(sound), level)
+        f"{level:g} dB": lambda sound, level=level: with_noise(sound, noise(sound), level)
         for level in levels
     }
 
@@ -258,18 +258,18 @@ def _noise_source(kind: str, seed: int) -> Callable[[Waveform], Float32Array]:
     from elocute.audio.noise import babble, street_noise, white_noise
     from elocute.audio.read import read_audio
 
-    made: dict[str, Callable[[Waveform], Float32Array]] = {
+    sources: dict[str, Callable[[Waveform], Float32Array]] = {
         "street": lambda sound: street_noise(len(sound.samples), sound.sample_rate, seed),
         "white": lambda sound: white_noise(len(sound.samples), seed),
         "babble": lambda sound: babble(sound, seed),
     }
-    if kind in made:
-        return made[kind]
+    if kind in sources:
+        return sources[kind]
     if not Path(kind).is_file():
         raise InputError.about(
             f"--noise {kind}",
             found="no such file",
-            allowed=f"{', '.join(made)}, telephone, gain or a sound file",
+            allowed=f"{', '.join(sources)}, telephone, gain or a sound file",
         )
     recorded = read_audio(kind)
     return lambda sound: recorded.resample(sound.sample_rate).samples

@@ -57,10 +57,10 @@ def real_command(
         settings = {"style": style, "strength": strength, "model": model, "mix": mix}
         return measure_as_tracked(animate(sound, contacts=contacts, life=0, **settings).motion)
 
-    found = {}
+    by_contacts = {}
     for each in shown:
         with progress_bar(f"measuring, contacts {each}", as_json) as progress:
-            found[each] = evaluate_tracked_mouths(
+            by_contacts[each] = evaluate_tracked_mouths(
                 folder,
                 lambda sound, each=each: predict(sound, each),
                 eye_distance_mm,
@@ -68,18 +68,18 @@ def real_command(
                 speech=heard_speech,
                 progress=progress,
             )
-    write_tables(plan, files, *_table(found, Path(model).name))
+    write_tables(plan, files, *_table(by_contacts, Path(model).name))
     if as_json:
-        for each, report in found.items():
+        for each, report in by_contacts.items():
             print(json.dumps(_record(each, report, per_clip)))
         return
-    for each, report in found.items():
-        title = f"contacts {each}" if len(found) > 1 else ""
+    for each, report in by_contacts.items():
+        title = f"contacts {each}" if len(by_contacts) > 1 else ""
         if per_clip:
             _show_clips(report.clips, title)
         if per_talker:
             _show_groups(report, title)
-    _show_summaries(found)
+    _show_summaries(by_contacts)
 
 
 def _record(contacts: str, report: TrackedMouthReport, per_clip: bool) -> dict[str, object]:

@@ -94,7 +94,7 @@ def wild_command(
     wanted = read_names(names)
     with no_empty_folder(output):
         prepare_trainings(output, chosen, resume)
-        found = study_wild(
+        result = study_wild(
             opened,
             output,
             config,
@@ -115,16 +115,16 @@ def wild_command(
         "epochs": config.epochs,
         "contacts": contacts,
         "config": asdict(config),
-        **found.record(),
+        **result.record(),
     }
     text = json.dumps(report, allow_nan=False)
     write_json_report(output / "report.json", text)
-    write_tables(plan, files, *_table(found.concordance))
+    write_tables(plan, files, *_table(result.concordance))
     if as_json:
         print(text)
     else:
-        _show(found.concordance, report)
-    report_left_out([*opened.broken, *found.missing], len(opened))
+        _show(result.concordance, report)
+    report_left_out([*opened.broken, *result.missing], len(opened))
 
 
 def _table(rows: dict[str, ConcordanceScore]) -> tuple[list[str], list[list[Any]]]:
@@ -141,12 +141,12 @@ def _table(rows: dict[str, ConcordanceScore]) -> tuple[list[str], list[list[Any]
 
 def _show(table: dict[str, ConcordanceScore], report: dict[str, Any]) -> None:
     print(f"{'concordance':28} {'clips':>6} {'mean':>20} paper {'weighted':>8}  c1 … c5")
-    for name, found in table.items():
-        mean, paper = found.mean, report["paper"].get(name)
-        first = " ".join(f"{interval.value:5.2f}" for interval in found.first)
+    for name, scores in table.items():
+        mean, paper = scores.mean, report["paper"].get(name)
+        first = " ".join(f"{interval.value:5.2f}" for interval in scores.first)
         print(
-            f"{name:28} {found.clips:6} {mean.value:6.3f} [{mean.low:5.3f}, {mean.high:5.3f}] "
-            f"{'' if paper is None else f'{paper:.3f}':5} {found.weighted.value:8.3f}  {first}"
+            f"{name:28} {scores.clips:6} {mean.value:6.3f} [{mean.low:5.3f}, {mean.high:5.3f}] "
+            f"{'' if paper is None else f'{paper:.3f}':5} {scores.weighted.value:8.3f}  {first}"
         )
     for name, row in report["bases_mm"].items():
         print(f"{name:20} {row['components']:6} shapes leave {row['mean_mm']:.4f} mm")

@@ -92,17 +92,17 @@ def check_command(
             plan.add(path, words, sound)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
-    found, heard = read_words(words), read_audio(sound)
-    check_length(found, heard)
+    timed, heard = read_words(words), read_audio(sound)
+    check_length(timed, heard)
     if textgrid is not None and plan.wants(textgrid):
         with plan.writing(textgrid):
-            write_words(found, textgrid)
-    marked = sum(bool(review_reason(word)) for word in found.words)
+            write_words(timed, textgrid)
+    marked = sum(bool(review_reason(word)) for word in timed.words)
     if plan.wants(output):
         with plan.writing(output):
-            marked = write_word_page(found, heard, output, title=f"{words.name}, {sound.name}")
-    record = {"output": str(output), "words": len(found.words), "marked": marked}
-    print(json.dumps(record) if as_json else f"{output}: {marked} of {len(found.words)} marked")
+            marked = write_word_page(timed, heard, output, title=f"{words.name}, {sound.name}")
+    record = {"output": str(output), "words": len(timed.words), "marked": marked}
+    print(json.dumps(record) if as_json else f"{output}: {marked} of {len(timed.words)} marked")
 
 
 @app.command("take")
@@ -161,6 +161,6 @@ def _tell(words: TimedWords, output: Path, as_json: bool) -> None:
         return
     for word in words.words:
         why = review_reason(word)
-        told = f"  check it: {why}" if why else ""
-        print(f"{word.start_s:8.3f} {word.end_s:8.3f}  {word.text}{told}")
+        remark = f"  check it: {why}" if why else ""
+        print(f"{word.start_s:8.3f} {word.end_s:8.3f}  {word.text}{remark}")
     print(output)

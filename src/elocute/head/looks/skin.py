@@ -99,8 +99,8 @@ def _blend(age: float, sex: float, tone: float) -> Float32Array:
     """(row, column, 3) linear colour: the mean of logarithms, moved to the tone's own colour."""
     blended = [np.float32(share) * _log_skin(n) for n, share in shares(age, sex, tone).items()]
     logs = np.stack(blended).sum(axis=0, dtype=np.float32)
-    found = logs[MEAN_PLACE].mean((0, 1))
-    move = TONE_STRENGTH * (np.log(skin_albedo(tone)) - found)
+    mean_log = logs[MEAN_PLACE].mean((0, 1))
+    move = TONE_STRENGTH * (np.log(skin_albedo(tone)) - mean_log)
     return np.exp(logs + move).astype(np.float32)
 
 

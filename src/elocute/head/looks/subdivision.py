@@ -246,15 +246,15 @@ class _Ways:
         it; their first vertex where the mesh ends or they meet no opposite edge."""
         start = self._numbers(edges[:, 1], edges[:, 0])
         around = self._edges[edges[:, 1]]
-        found = []
+        places = []
         for steps in (around // 2, around - around // 2):
             way = start
             for step in range(int(steps.max())):
                 turned = self._other[self._before[way]]
                 way = np.where(step < steps, turned, way)
             known = (around > 2) & (start >= 0)
-            found.append(np.where(known, self._end[way], edges[:, 0]))
-        return np.stack(found, 1)
+            places.append(np.where(known, self._end[way], edges[:, 0]))
+        return np.stack(places, 1)
 
     def _numbers(self, begin: NDArray[np.integer], end: NDArray[np.integer]) -> Indices:
         """(edge,) of edges by their vertices; -1 where no face has them in that direction."""

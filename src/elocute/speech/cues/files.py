@@ -198,7 +198,7 @@ def as_written(words: Sequence[Label], text: str) -> list[Label]:
 
 def _written(words: Sequence[Label], text: str) -> list[tuple[Label, str]]:
     """Words as `as_written` has them, each with what stands before it: a space or nothing."""
-    found, at, before = [], 0, ""
+    placed, at, before = [], 0, ""
     for start, end, word in words:
         space = space_between(before, word)
         if at:
@@ -209,12 +209,12 @@ def _written(words: Sequence[Label], text: str) -> list[tuple[Label, str]]:
             marks = MARKS.match(text, place + len(word))
             stop = marks.end() if marks else place + len(word)
             word, at = text[at:stop].strip(), stop
-        found.append(((start, end, word), space))
+        placed.append(((start, end, word), space))
     rest = " ".join(text[at:].split())
     if at and rest and not any(map(str.isalnum, rest)):
-        (start, end, word), space = found.pop()
-        found.append(((start, end, f"{word} {rest}"), space))
-    return found
+        (start, end, word), space = placed.pop()
+        placed.append(((start, end, f"{word} {rest}"), space))
+    return placed
 
 
 def _clock(seconds: float, point: str) -> str:

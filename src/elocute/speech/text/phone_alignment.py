@@ -65,9 +65,9 @@ class _Lattice:
     @property
     def skips(self) -> NDArray[np.bool_]:
         """Whether each state can be entered from two before it: over a rest."""
-        found = np.zeros(len(self.phones), bool)
-        found[2:] = self.is_rest[1:-1] & ~self.is_rest[2:]
-        return found
+        skippable = np.zeros(len(self.phones), bool)
+        skippable[2:] = self.is_rest[1:-1] & ~self.is_rest[2:]
+        return skippable
 
 
 def align_phones(log_posteriors: Float32Array, words: Sequence[PronouncedWord]) -> list[SpokenWord]:
@@ -150,12 +150,12 @@ def _scores_of(
     scores: Float64Array, lattice: _Lattice, row: int, first: int, stop: int
 ) -> Float64Array:
     """(state,) emissions of states first…stop in a row, less outside the time of their word."""
-    found = scores[row, lattice.phones[first:stop]]
+    state_scores = scores[row, lattice.phones[first:stop]]
     if lattice.begins is None or lattice.ends is None:
-        return found
+        return state_scores
     time = row / FEATURE_RATE
     away = np.maximum(lattice.begins[first:stop] - time, time - lattice.ends[first:stop])
-    return found - np.clip(away * OUTSIDE_COST_PER_S, 0, OUTSIDE_COST_MAX)
+    return state_scores - np.clip(away * OUTSIDE_COST_PER_S, 0, OUTSIDE_COST_MAX)
 
 
 def _best_path(scores: Float64Array, lattice: _Lattice) -> NDArray[np.intp]:
@@ -250,11 +250,11 @@ def _boundaries(
 
 def _shifted(values: Float64Array, offset: int, width: int) -> Float64Array:
     """`width` values from `offset` on, NEVER where there are none."""
-    found = np.full(width, NEVER)
+    shifted = np.full(width, NEVER)
     begin, end = max(0, -offset), min(width, len(values) - offset)
     if end > begin:
-        found[begin:end] = values[begin + offset : end + offset]
-    return found
+        shifted[begin:end] = values[begin + offset : end + offset]
+    return shifted
 
 
 def _crossings(past: Float64Array, firsts: NDArray[np.intp], states: int) -> Float64Array:
@@ -290,7 +290,7 @@ def _aligned(
 ) -> list[SpokenWord]:
     padded = np.pad(visemes, ((1, 1), (0, 0)), "edge")
     heard = np.log(np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:]).clip(1e-4, 1))
-    found, state = [], 1
+    spoken, state = [], 1
     for word in words:
         phones, logs = [], []
         for phone in word.phones:
@@ -302,5 +302,5 @@ def _aligned(
             state += 1
         state += 1  # the rest behind the word
         sure = float(np.exp(np.concatenate(logs).mean()))
-        found.append(SpokenWord(word.text, tuple(phones), min(sure, 1.0) if word.sure else 0.0))
-    return found
+        spoken.append(SpokenWord(word.text, tuple(phones), min(sure, 1.0) if word.sure else 0.0))
+    return spoken

@@ -49,22 +49,22 @@ def words_of_text(text: str) -> list[TextWord]:
     A sign that touches a word belongs to it: $9.99, 50%.
     """
     cuts = sorted({0, *(match.start() for match in _boundary().finditer(text)), len(text)})
-    found: list[TextWord] = []
+    words: list[TextWord] = []
     for start, end in pairwise(cuts):
         part = text[start:end]
         if any(map(str.isalnum, part)):
-            before = found[-1] if found else None
+            before = words[-1] if words else None
             if before and before.is_sign and before.end == start:
-                found.pop()
+                words.pop()
                 start = before.start
-            found.append(TextWord(start, end, text[start:end]))
+            words.append(TextWord(start, end, text[start:end]))
         elif part and all(map(_is_said, part)):
-            before = found[-1] if found else None
+            before = words[-1] if words else None
             if before and before.end == start:
-                found[-1] = replace(before, end=end, text=text[before.start : end])
+                words[-1] = replace(before, end=end, text=text[before.start : end])
             else:
-                found.append(TextWord(start, end, part, is_sign=True))
-    return found
+                words.append(TextWord(start, end, part, is_sign=True))
+    return words
 
 
 def share_phones(
@@ -92,26 +92,26 @@ def share_phones(
     said = set(owners)
     kept = [at for at, word in enumerate(words) if not word.is_sign or at in said]
     firsts = [at for at, word in enumerate(owners) if at == 0 or word != owners[at - 1]]
-    found: list[tuple[TextWord, range]] = []
+    shares: list[tuple[TextWord, range]] = []
     for number, first in enumerate(firsts):
         begin = 0 if number == 0 else owners[first]
         last = number + 1 == len(firsts)
         stop = len(words) if last else owners[firsts[number + 1]]
         group = [at for at in kept if begin <= at < stop]
         phones = range(first, len(owners) if last else firsts[number + 1])
-        found += _shared(text, [(words[at], max(lengths[at], 1)) for at in group], phones)
-    return found
+        shares += _shared(text, [(words[at], max(lengths[at], 1)) for at in group], phones)
+    return shares
 
 
 def _owners(words: Sequence[TextWord], places: Sequence[int]) -> list[int]:
     """Of each phone the number of its word: the one at its place or behind it, never going back."""
-    found, at, far = [], 0, -1
+    owners, at, far = [], 0, -1
     for place in places:
         far = max(far, place)
         while at + 1 < len(words) and words[at].end <= far:
             at += 1
-        found.append(at)
-    return found
+        owners.append(at)
+    return owners
 
 
 def _shared(
@@ -124,15 +124,15 @@ def _shared(
         whole = TextWord(first.start, end, text[first.start : end])
         joined = [*joined[: len(phones) - 1], whole]
     weights = [weight for _, weight in group][: len(joined)]
-    found, at, done = [], 0, 0
+    shares, at, done = [], 0, 0
     for number, (word, weight) in enumerate(zip(joined, weights, strict=True), 1):
         done += weight
         left = len(joined) - number
         stop = round(len(phones) * done / sum(weights)) if left else len(phones)
         stop = min(max(stop, at + 1), len(phones) - left)
-        found.append((word, phones[at:stop]))
+        shares.append((word, phones[at:stop]))
         at = stop
-    return found
+    return shares
 
 
 def _is_said(letter: str) -> bool:

@@ -80,14 +80,14 @@ class Transcript:
     ) -> Transcript:
         """The transcript of words whose times in s are known. Raises InputError, MachineError."""
         spelled = pronounce_each([word for _, _, word in words], language)
-        found = [
+        pronounced = [
             PronouncedWord(word, spelled[word], (start, end))
             for start, end, word in words
             if spelled[word]
         ]
-        if not found:
+        if not pronounced:
             raise AlignmentError.about("words", found="none that is spoken", allowed="words")
-        return cls(tuple(found))
+        return cls(tuple(pronounced))
 
     def align(self, heard: Float32Array) -> list[SpokenWord]:
         """The words as they are found in a recording.
@@ -135,7 +135,7 @@ class Transcript:
 
     def _align_parts(self, heard: Float32Array) -> list[SpokenWord]:
         """The words of each part of the sound; none of a part too short for its words."""
-        found: list[SpokenWord] = []
+        spoken: list[SpokenWord] = []
         for begin, end in pairwise([0.0, *self.seams_s, np.inf]):
             rows = heard[round(begin * 50) : None if end == np.inf else round(end * 50)]
             words = [
@@ -144,8 +144,8 @@ class Transcript:
                 if word.span_s and begin <= sum(word.span_s) / 2 < end
             ]
             if words and sum(len(word.phones) for word in words) <= len(rows):
-                found += [_later(word, begin) for word in align_phones(rows, words)]
-        return found
+                spoken += [_later(word, begin) for word in align_phones(rows, words)]
+        return spoken
 
 
 def _later(word: SpokenWord, by_s: float) -> SpokenWord:

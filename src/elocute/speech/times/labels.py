@@ -57,14 +57,14 @@ def clock_seconds(text: str) -> float | None:
 
 def until_next(events: Iterable[tuple[float, str]]) -> list[Label]:
     """Events that last until the next one. Raises InputError where their times begin again."""
-    given = list(events)
-    for (before, _), (start, text) in pairwise(given):
+    starts = list(events)
+    for (before, _), (start, text) in pairwise(starts):
         if start < before - BACK_S:
             raise InputError.about(
                 f"time of {text[:40]!r}",
                 found=f"{start:.3f} s, behind one at {before:.3f} s",
                 allowed="the events of one sound, in order",
             )
-    ordered = sorted(given, key=lambda event: event[0])
+    ordered = sorted(starts, key=lambda event: event[0])
     ends = [start for start, _ in ordered[1:]] + [ordered[-1][0] + LAST_S] if ordered else []
     return [(start, end, text) for (start, text), end in zip(ordered, ends, strict=True)]

@@ -316,7 +316,7 @@ def _all_strange(strange: list[str], alphabet: str, guessed: bool) -> InputError
 
 def _in_order(labels: Iterable[Label], what: str) -> list[Label]:
     """Labels by time; those without length are left out. Raises InputError for impossible times."""
-    found = []
+    kept = []
     for start, end, text in labels:
         if -ROUNDING_S <= start < 0:
             start = 0.0
@@ -327,17 +327,17 @@ def _in_order(labels: Iterable[Label], what: str) -> list[Label]:
                 allowed="0 <= start <= end",
             )
         if end > start:
-            found.append((start, end, text))
-    return sorted(found, key=lambda label: label[:2])
+            kept.append((start, end, text))
+    return sorted(kept, key=lambda label: label[:2])
 
 
 def _met(phones: list[Label]) -> tuple[list[Label], int]:
     """Phones without small overlaps and gaps, and how many overlapped. Raises InputError."""
-    found: list[Label] = []
+    met: list[Label] = []
     overlaps = 0
     for start, end, phone in phones:
-        if found:
-            first, last, before = found[-1]
+        if met:
+            first, last, before = met[-1]
             if start < last - 1e-6:
                 if last - start > OVERLAP_MAX_S:
                     raise InputError.about(
@@ -348,11 +348,11 @@ def _met(phones: list[Label]) -> tuple[list[Label], int]:
                     )
                 overlaps += 1
                 start = min((start + last) / 2, end)
-                found[-1] = (first, max(start, first), before)
+                met[-1] = (first, max(start, first), before)
             elif start - last <= GAP_MAX_S:
-                found[-1] = (first, start, before)
-        found.append((start, end, phone))
-    return [each for each in found if each[1] > each[0]], overlaps
+                met[-1] = (first, start, before)
+        met.append((start, end, phone))
+    return [each for each in met if each[1] > each[0]], overlaps
 
 
 def _check_rate(phones: tuple[Label, ...]) -> None:

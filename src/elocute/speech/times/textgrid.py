@@ -146,8 +146,8 @@ def _tier(tokens: _Tokens) -> tuple[str, list[TextGridInterval] | None]:
     kind, name = tokens.text(), tokens.text()
     tokens.skip_numbers(2)
     if kind == "IntervalTier":
-        rows, told = list[TextGridInterval](), tokens.count()
-        while len(rows) < told or tokens.has_more():  # MFA has told too few
+        rows, promised = list[TextGridInterval](), tokens.count()
+        while len(rows) < promised or tokens.has_more():  # MFA has told too few
             rows.append(TextGridInterval(tokens.number(), tokens.number(), tokens.text().strip()))
         return name, rows
     if kind == "TextTier":  # points are skipped

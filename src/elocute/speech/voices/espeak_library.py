@@ -122,13 +122,13 @@ class EspeakLibrary:
 
     def _listed(self, like: Any) -> list[tuple[str, str]]:
         """Language and identifier of every voice."""
-        listed, found = self._library.espeak_ListVoices(like), []
-        while listed[len(found)]:
-            voice = listed[len(found)].contents
+        listed, voices = self._library.espeak_ListVoices(like), []
+        while listed[len(voices)]:
+            voice = listed[len(voices)].contents
             # Before each language stands its priority, in one byte.
             language = (voice.languages or b"\0")[1:].decode("utf-8", "replace")
-            found.append((language, (voice.identifier or b"").decode("utf-8", "replace")))
-        return found
+            voices.append((language, (voice.identifier or b"").decode("utf-8", "replace")))
+        return voices
 
     def _set_voice(self, voice: str) -> bool:
         """A language's file has a name of its own: that of fr-fr is fr."""
@@ -167,11 +167,11 @@ class EspeakLibrary:
         """A word in IPA as the voice that spoke last says it alone, its phones parted by _."""
         data = ctypes.c_char_p(word.encode())
         rest = ctypes.cast(ctypes.pointer(data), ctypes.POINTER(ctypes.c_void_p))
-        found = []
+        parts = []
         while rest.contents.value:  # a clause at a time
             part = self._library.espeak_TextToPhonemes(rest, UTF8, IPA | ord("_") << 8)
-            found.append((part or b"").decode("utf-8", "ignore"))
-        return "_".join(found)
+            parts.append((part or b"").decode("utf-8", "ignore"))
+        return "_".join(parts)
 
 
 def main() -> None:
