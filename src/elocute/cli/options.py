@@ -61,6 +61,13 @@ Output = typer.Option(
     "--output",
     help="Where to write; the suffix chooses the format. Can be repeated.",
 )
+Corpus = typer.Argument(..., help="A corpus folder.")
+Sound = typer.Argument(..., help="Sound or video file.")
+SoundsOfShards = typer.Argument(..., help="Folder to which the paths of their sounds are relative.")
+JsonReport = typer.Option(None, "-o", "--output", help="Also write the report (.json).")
+AlignmentEncoder = typer.Option(
+    "fbank", help="Speech encoder: fbank, phones and the like; windows for 41 x 128 x 3."
+)
 Channel = typer.Option(
     None,
     "--channel",

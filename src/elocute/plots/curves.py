@@ -8,10 +8,10 @@ import numpy as np
 
 from elocute.files.atomic import write_atomically
 from elocute.motion.curves import Curves
+from elocute.plots.overlay import INKS, SCALE, WIDTH
 
-WIDTH, PANEL, MARGIN, GAP = 1400, 170, 90, 26
-SCALE = 2  # drawn larger, then reduced: smooth lines
-INKS = ("#1f5fa8", "#b4482b", "#3a7d44", "#7a4b9a", "#8a6d1f", "#2b7a86")
+PANEL, MARGIN, GAP = 170, 90, 26
+"""Height of a panel, and what lies beside and between panels, in pixels."""
 
 
 def plot_curves(curves: Curves, path: str | Path, title: str = "") -> None:

@@ -35,9 +35,7 @@ def align_command(
         "softdtw",
         help=f"Method: {', '.join(METHODS)}. The last three train a network.",
     ),
-    encoder: str = typer.Option(
-        "fbank", help="Speech encoder: fbank, phones and the like; windows for 41 x 128 x 3."
-    ),
+    encoder: str = options.AlignmentEncoder,
     find: bool = typer.Option(False, help="Find the target (a word) in the source (a sentence)."),
     band: float | None = typer.Option(
         None,

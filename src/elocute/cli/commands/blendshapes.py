@@ -32,7 +32,7 @@ ARKIT = "arkit"
 
 @app.command("learn")
 def learn_command(
-    corpus: Path = typer.Argument(..., help="A corpus folder."),
+    corpus: Path = options.Corpus,
     output: Path = typer.Option(
         ..., "-o", "--output", help="Basis to write (.npz), or its shapes as morph targets (.glb)."
     ),
@@ -117,9 +117,7 @@ def compare_command(
     ),
     split: str = options.Split,
     part: str = typer.Option("test", help="Part to project: train, validation, test or all."),
-    output: Path | None = typer.Option(
-        None, "-o", "--output", help="Also write the report (.json)."
-    ),
+    output: Path | None = options.JsonReport,
     plot: Path | None = typer.Option(None, "--plot", help="Plot the errors over frames (.png)."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,

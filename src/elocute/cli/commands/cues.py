@@ -18,7 +18,7 @@ FPS = (1.0, 240.0)
 
 
 def cues_command(
-    sound: Path = typer.Argument(..., help="Sound or video file."),
+    sound: Path = options.Sound,
     output: list[Path] = typer.Option(
         ...,
         "-o",

@@ -40,9 +40,7 @@ def alignment_command(
     tested: str | None = typer.Option(
         None, help="Method to test against each other one; dcaw where it is among them."
     ),
-    encoder: str = typer.Option(
-        "fbank", help="Speech encoder: fbank, phones and the like; windows for 41 x 128 x 3."
-    ),
+    encoder: str = options.AlignmentEncoder,
     noise_db: float | None = typer.Option(
         None, help="Add babble at this ratio of speech to noise, in decibels."
     ),

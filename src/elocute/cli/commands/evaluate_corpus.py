@@ -36,7 +36,7 @@ COLUMNS = (
 
 
 def corpus_command(
-    corpus: Path = typer.Argument(..., help="A corpus folder."),
+    corpus: Path = options.Corpus,
     model: str = options.Model,
     split: str = options.Split,
     part: str = typer.Option("test", help="Part to measure: test, validation or train."),
@@ -54,9 +54,7 @@ def corpus_command(
     mix: str = options.Mix,
     limit: int = typer.Option(0, min=0, help="Use only this many clips, evenly spaced; 0 for all."),
     seed: int = typer.Option(0, min=0, help="Seed of the confidence intervals."),
-    output: Path | None = typer.Option(
-        None, "-o", "--output", help="Also write the report (.json)."
-    ),
+    output: Path | None = options.JsonReport,
     table: list[Path] | None = options.Table,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,

@@ -20,7 +20,7 @@ SHOWN = ("lve_mm", "mve_mm", "velocity_mm", "closure_recall", "closure_precision
 
 
 def features_command(
-    corpus: Path = typer.Argument(..., help="A corpus folder."),
+    corpus: Path = options.Corpus,
     output: Path = typer.Option(..., "-o", "--output", help="Output folder for models and report."),
     encoders: str = typer.Option(
         "phones,fbank", help="Speech encoders to compare, separated by commas."

@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 
 def wild_command(
     shards: Path = typer.Argument(..., help="A folder of shards."),
-    sounds: Path = typer.Argument(
-        ..., help="Folder to which the paths of their sounds are relative."
-    ),
+    sounds: Path = options.SoundsOfShards,
     output: Path = typer.Option(
         ..., "-o", "--output", help="Output folder for trainings and report."
     ),

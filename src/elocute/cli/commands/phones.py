@@ -14,7 +14,7 @@ from elocute.files.output_plan import OutputPlan
 
 
 def phones_command(
-    sound: Path = typer.Argument(..., help="Sound or video file."),
+    sound: Path = options.Sound,
     output: list[Path] = typer.Option(
         ...,
         "-o",

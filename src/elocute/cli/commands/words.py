@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 app = CommandGroup("Find when each word of a recording is said, and check it.")
 
-TEXT_MAX_BYTES = 1_000_000
 Output = typer.Option(..., "-o", "--output", help="Word times to write (.json or .TextGrid).")
 
 
@@ -144,7 +143,9 @@ def _text(text: str | None, file: Path | None) -> str:
     from elocute.speech.text.script_text import read_transcript
     from elocute.speech.times.captions import said_text
 
-    written = read_transcript(file, max_bytes=TEXT_MAX_BYTES, error=AlignmentError)
+    written = read_transcript(
+        file, max_bytes=known_speech_options.TEXT_MAX_BYTES, error=AlignmentError
+    )
     said, notes = said_text(written)
     for note in notes:
         print(f"elocute: {printable(f'{file}: {note}')}", file=sys.stderr)
