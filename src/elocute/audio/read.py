@@ -218,9 +218,9 @@ class AudioStream:
 
 FOLLOWED = "{} files behind the first, {}, are left out: join their sounds, not the files"
 CANCEL_S = 60.0
-"""So much sound, silence aside, says whether channels cancel."""
+"""Seconds of sound, without silence, from which it is judged whether channels cancel."""
 CANCELLED = 0.05
-"""Of the energy that the mix of unrelated channels has."""
+"""Channels cancel where their mix has less than this share of the energy of unrelated channels."""
 CANCELLING = "its channels cancel each other; the loudest, {}, is taken: `channel` chooses another"
 
 

@@ -42,7 +42,8 @@ SAMPLES_MAX = NUMBERS_MAX
 CHUNK = 1 << 20
 BLOCK = 60 * SPEECH_RATE
 READS_FREE, READ_BYTES = 100_000, 256
-"""What reads so little at a time would be read for hours."""
+"""How many reads are free before they must give READ_BYTES on average: a file that gives less would
+be read for hours."""
 
 
 def resolve_speech(

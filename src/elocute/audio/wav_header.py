@@ -13,7 +13,8 @@ from elocute.errors import AudioError
 
 CHUNKS_MAX = 1000
 UNKNOWN_FROM, LONG_UNKNOWN_FROM = 0x7FFF0000, 2**62
-"""Writers to a pipe, who cannot go back to fill in the size, leave one from here on behind."""
+"""Sizes from which on a header does not know its size: writers to a pipe cannot go back to fill it
+in."""
 RIFF_MAX = 0xFFFFF000
 FMT_MAX = 4096
 NAMES = frozenset(
@@ -23,7 +24,7 @@ NAMES = frozenset(
         *(b"acid", b"FLLR", b"levl", b"umid", b"minf", b"elm1", b"regn", b"junk"),
     )
 )
-"""Of chunks that follow one another."""
+"""Names that chunks of a WAVE file have."""
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ TRANSLATION = ("translation", "transl", "trans")
 RATE = ("fps", "framerate", "mocap_frame_rate", "mocap_framerate")
 ASSUMED_FPS, DEVIATIONS_MAX = 30.0, 100.0
 TURN_MAX = 2.0
-"""Radians that no jaw opens by."""
+"""A jaw that opens by more radians than this is an error."""
 POSES: dict[tuple[str, ...], dict[int, tuple[tuple[int, int], ...]]] = {
     ("pose", "posecode", "poses"): {
         165: ((36, 0), (45, 3), (66, 6), (69, 9), (72, 12)),  # SMPL-X's neck, head, jaw, eyes
@@ -47,7 +47,8 @@ POSES: dict[tuple[str, ...], dict[int, tuple[tuple[int, int], ...]]] = {
     ("leye_pose",): {3: ((0, 9),)},
     ("reye_pose",): {3: ((0, 12),)},
 }
-"""By its names and width: which of its columns are which of the pose's, three at a time."""
+"""Layouts of a pose by the names and the width of its array: first columns there and in our pose of
+15, each of three columns."""
 ASIDE = (
     "timestep_id",
     "n_processed_frames",

@@ -27,15 +27,15 @@ from elocute.numerics.rigid_alignment import rigid_alignment
 Vertices = ArrayLike | ArrayFile
 Unknowns = TypeVar("Unknowns")
 Attempt = Callable[[float], tuple[Unknowns, float]]
-"""Takes how far a step is damped; gives what it leads to, and the cost there."""
+"""Takes the damping of a step; returns the unknowns that it leads to, and their cost."""
 _Shaped = tuple[Float64Array, list[FrameState]]
 """Shape, and the frames that are solved with it."""
 
 REGULARISATION = 1e-6
 SHAPE_FRAMES = 5
-"""Frames that shape is solved with where no neutral face is given."""
+"""How many frames the shape is solved with where no neutral face is given."""
 DRAFT = 1500
-"""Vertices on which most steps are made."""
+"""How many vertices most steps are made on."""
 STEPS, LAST_STEPS = 40, 1
 TURN_COST = 1e-6
 """Cost of a squared radian of neck and eyes, mm² of mean squared distance."""

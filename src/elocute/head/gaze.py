@@ -10,7 +10,7 @@ from elocute.numerics.rigid_alignment import nearest_rotation, turned_degrees
 SIDES = ("Left", "Right")
 DIRECTIONS = ("Up", "Down", "In", "Out")
 TYPICAL_DEG = 30.0
-"""How far a look turns eyes that are not known."""
+"""How far a look shape turns the eyes of a head whose eyeballs are not known."""
 
 
 def gaze_reach(head: HeadModel) -> dict[str, float]:

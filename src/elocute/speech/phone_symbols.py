@@ -293,12 +293,11 @@ ALPHABETS: dict[str, Callable[[str, str], str | None]] = {
     "romaji": romaji_phone,
     **{kind: _viseme(kind) for kind in VISEMES},
 }
-"""Of two that know a whole file, the first is taken."""
+"""Alphabets; of two that know all symbols of a file, the first is taken."""
 GUESSED = ("arpabet", "ipa", "x-sampa", "espeak")
-"""Those that a file need not name: visemes are known by their format."""
+"""Alphabets that a file need not name; visemes are known by their format."""
 TELLING = {"pinyin": re.compile("[a-zü:]+[1-5]"), "romaji": re.compile("ch|sh|cl|[kgnhbpmr]y")}
-"""An alphabet that knows all symbols, and has one that only it writes so, is taken first: v4 is no
-v."""
+"""Symbols that only one alphabet writes so: where it also knows all others, it is taken first."""
 
 
 def phone_of(symbol: str, alphabet: str, language: str = "") -> str | None:

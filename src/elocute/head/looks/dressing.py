@@ -29,16 +29,18 @@ INSIDE = {
     "tongue": (0.42, 0.97, 0.97),
     "mouth": (0.35, 1.0, 1.0),
 }
-"""The same of what is in the mouth, and what is left of its green and blue."""
+"""How much darker each part of the mouth is in the darkest skin, and the shares of its green and
+blue that are left."""
 HAIR_PICTURES = {"curls": "curls", "coils": "curls", "afro": "curls", "buzz": "buzz"}
-"""Of styles that are not of straight strands."""
+"""Pictures of hair styles that do not consist of straight strands."""
 LASHES, SPARSE_LASHES = "lashes/lashes", "lashes/sparse"
 SHORTEST_LASH, SPARSE_BELOW = 0.35, 0.6
-"""Of the longest; which lashes are not only shorter, but fewer and finer, as most men's are."""
+"""The shortest lashes as a share of the longest; and the lashes of a look below which they are also
+fewer and finer, as most men's are."""
 LASH_COLOUR, LASH_OF_HAIR = (0.006, 0.005, 0.004), 0.05
-"""What lashes have at least, and how much of the hair's colour they take."""
+"""Darkest linear colour of lashes, and the share of the hair's colour that is added to it."""
 BROW_WARMTH = (1.0, 0.93, 0.84)
-"""Brows over warm skin would else look blue."""
+"""Factors of linear red, green and blue: without them brows over warm skin would look blue."""
 CORNER_M, CORNER_SKIN, CORNER_FLESH = 0.010, 0.9, (215, 140, 122)
 """How far from the corners of the mouth the edge of its lining is skin's too, how much there, and
 its colour: that of skin there is multiplied by it, that of the lining is it.

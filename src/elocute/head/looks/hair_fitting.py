@@ -13,18 +13,21 @@ from elocute.head.model import HeadModel
 from elocute.head.normals import vertex_normals
 
 LEAST_M, FREE_M, DEEP_M = 0.002, 0.006, 0.045
-"""Hair this deep in cloth comes to lie the first over it; hair the second over it stays where it
-is, and what is between keeps its order."""
+"""Heights over the cloth: hair that lies DEEP_M below it is lifted to LEAST_M above it, hair FREE_M
+above it stays where it is, and hair between them keeps its order."""
 BESIDE_M = 0.010
-"""What lies further beside a place of the cloth is not moved by it; from half of it on, less."""
+"""Hair that lies further to the side of a vertex of the cloth is not moved by it; from half of this
+distance on, it is moved less."""
 TIMES, AT_A_TIME = 2, 512
-"""Once more for what came out of the shirt, and into its collar."""
+"""Passes over the hair, the second for hair that left the shirt and came into its collar; and how
+many vertices are moved together, which bounds the memory."""
 ASIDE_M = 0.03
-"""So far off the middle of the face hair begins that hangs on no brow or lip."""
+"""Distance from the middle of the face beyond which skin counts as cheek: no brow or lip is
+there."""
 COMES_OUT_M = 0.004
-"""A shape that brings no place of the cheeks out by more leaves hair as it is."""
+"""A shape moves hair only where it pushes cheeks out by more than this."""
 REACH_M, OFF_M = 0.025, 0.004
-"""How far from skin that comes out hair is looked for, and how far off it that stays at least."""
+"""Distance from the cheeks within which hair is moved, and the distance from them that it keeps."""
 
 
 def hair_on_clothes(hair: Cards, clothes: Cards, head: HeadModel) -> Cards:

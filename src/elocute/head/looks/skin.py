@@ -12,15 +12,16 @@ from elocute.head.looks.pictures import decoded, jpeg
 from elocute.head.skin_tone import skin_albedo
 
 AGES = {"young": 24.0, "middle": 45.0, "old": 68.0}
-"""Years that the baked skins look."""
+"""Ages in years that the baked skins look."""
 TONES = {"light": 0.16, "dark": 0.84}
-"""Their place on the scale of `elocute.head.skin_tone`."""
+"""Tones of the baked skins on the scale of `elocute.head.skin_tone`."""
 TONE_STRENGTH = 0.85
 """How far the blend is moved to the tone's own colour."""
 FLUSH, FLUSH_MEAN = (1.03, 0.64, 0.62), 0.47
-"""What skin that blood shows through keeps of its colour, against skin without any; its mean."""
+"""Factors of linear red, green and blue where blood shows through the skin, and the mean of the
+picture that says where it does."""
 FLUSH_OF_DARK = 0.4
-"""How much of that is seen in the darkest skin."""
+"""Share of the flush that is seen in the darkest skin."""
 FRECKLE = (0.72, 0.50, 0.40)
 STUBBLE_STRENGTH = 0.55
 ROOTS_STRENGTH, ROOT_OF_HAIR, SKIN_THROUGH = 0.98, 0.28, 0.02

@@ -38,7 +38,7 @@ SHAPE_OF = {phone: shape for shape, phones in _MEMBERS.items() for phone in phon
 HANDED_ON = {"AY": "B", "EY": "B", "OY": "B", "AW": "F", "OW": "F"}
 """What the second half of a diphthong shows."""
 DIPHTHONG_S = 0.12
-"""A shorter one shows its first half alone."""
+"""A shorter diphthong shows its first half alone."""
 LEAST_S = 0.06
 """No picture but those of lips that touch is shown for less."""
 CONTACT_S = 0.04

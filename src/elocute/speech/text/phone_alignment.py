@@ -20,16 +20,17 @@ from elocute.errors import AlignmentError
 from elocute.speech.spoken_text import SpokenWord
 
 VISEME_SHARE = 0.5
-"""Of an emission, how much is the posterior of the viseme: voices differ in which of its phones."""
+"""Share of the viseme's posterior in an emission: voices differ in which of its phones they
+have."""
 WORST = -8.0
-"""No row may veto a path."""
+"""Least logarithm of a posterior, so that no single row can rule out a path."""
 REST_COST = 2.0
-"""Of entering a rest: a stop's closure belongs to the stop."""
+"""Cost of entering a rest: a stop's closure belongs to the stop."""
 BEAM, WIDER_BEAM = 300.0, 3000.0
 BAND = 60
 """States on each side of the best path that share in it."""
 OUTSIDE_COST_PER_S, OUTSIDE_COST_MAX = 100.0, 10.0
-"""Of a phone that leaves the given time of its word."""
+"""Cost of a phone outside the given time of its word: per second, and at most."""
 NEVER = -1e30
 ANYWHEN = (-np.inf, np.inf)
 

@@ -15,9 +15,9 @@ from elocute.speech.times.labels import CLOCK
 ALLOWED = "a text in UTF-8 or UTF-16"
 NAMED_MAX = 4
 TIMED_SHARE = 3
-"""Where one line in so many has a time, and more than one has, nobody says them."""
+"""Times are not spoken where at least one line in three, and more than one line, has a time."""
 NEAR = 40
-"""Letters before and after an aside that say whether it stands between sentences."""
+"""How many letters before and after an aside are looked at for the ends of sentences."""
 ENDS = '.!?…:"”'
 _SSML = re.compile(r"\s*(?:<\?xml[^>]*>\s*)?(?:<!DOCTYPE[^>]*>\s*)?<speak[\s>]")
 # Of SSML, and of pages, where no <speak> is around it.

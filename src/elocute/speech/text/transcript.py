@@ -29,7 +29,7 @@ DOUBTFUL = 0.12
 MOST_SILENT = 0.995
 NAMED_MAX = 5
 CAPTION_SLACK_S = 0.5
-"""By so much people set subtitles too early or too late."""
+"""Seconds by which subtitles may be too early or too late."""
 SPOKEN_S = 0.3
 """As much speech as is heard between recognised words, where a recogniser missed something."""
 

@@ -30,12 +30,12 @@ TICK_S, MILLISECOND_S = 1e-7, 1e-3
 TICKS_LEAST = 5000.0
 """A word of Azure lasts longer in ticks, and shorter in milliseconds."""
 MILLISECONDS_LEAST = 20.0
-"""And longer in milliseconds than in seconds."""
+"""A word lasts longer in milliseconds, and shorter in seconds."""
 DEPTH_MAX = 12
 PIECES_S = 0.1
-"""So far apart pieces of a word may stand."""
+"""How far apart the pieces of a word may be."""
 IDEOGRAPHS = "\u2e80"
-"""From here on are scripts without spaces."""
+"""The first letter of the scripts that are written without spaces."""
 ALLOWED = (
     "visemes of Azure, Polly or TalkingHead, mouth cues of Rhubarb, or phones and words of "
     "aligners, speech engines and recognisers, or of Elocute"

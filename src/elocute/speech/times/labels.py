@@ -19,9 +19,9 @@ ones."""
 BYTES_MAX = 50_000_000
 LABELS_MAX = 1_000_000
 BACK_S = 0.1
-"""So far events may stand out of order."""
+"""How far events may be out of order."""
 LAST_S, OPEN_S = 0.15, 0.3
-"""How long a last event, and a last word, lasts whose end nobody says."""
+"""Seconds that the last event and the last word last where their ends are not given."""
 CLOCK = r"(?:\d{1,3}:)?\d{1,3}:\d{2}(?:[.,]\d{1,9})?"
 """A time in hours, minutes and seconds."""
 

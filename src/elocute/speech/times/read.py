@@ -38,15 +38,15 @@ OVERLAP_MAX_S = 0.05
 GAP_MAX_S = 0.02
 """A shorter gap is a matter of rounding, and belongs to the phone before."""
 ROUNDING_S = 0.05
-"""By so much labels may begin before the sound."""
+"""Seconds by which labels may begin before the sound."""
 BEYOND_MAX_S = 0.25
 """Past the end of the sound, phones are cut; further than this they belong to another sound."""
 UNKNOWN_SHARE = 0.5
-"""Of the symbols of a file: where an alphabet lacks more, it is another one."""
+"""An alphabet that lacks a greater share of a file's symbols is not that of the file."""
 PHONE_MAX_S, PHRASE_MAX_S = 5.0, 40.0
-"""Where the median phone, or word or phrase, lasts longer, its times are no seconds."""
+"""Times are not in seconds where the median phone, or the median word or phrase, lasts longer."""
 FASTEST = 60.0
-"""Phones in a second, beyond which times are in another unit."""
+"""More phones in a second than this mean that the times are in another unit."""
 NAMED_MAX = 5
 
 
