@@ -21,9 +21,11 @@ from elocute.corpus.importers.grid import FIELDS_MAX_BYTES
 from elocute.encoders.phone_encoder import builtin_encoder
 from elocute.encoders.phones_and_visemes import PHONES
 from elocute.files.array_reading import read_npz
+from elocute.files.reading import FileKind
 from elocute.motion.motion import Motion
 from elocute.render import open_renderer, portrait
 
+LIPS_FILE = FileKind("a tracked clip with its lips", FIELDS_MAX_BYTES)
 FACES_A_ROW, FACE = 18, 77  # pictures, pixels
 LIPS, INSIDE = (196, 120, 112), (60, 25, 25)
 LIPS_WIDTH = 1.25  # of a picture that the eye corners' distance fills, as in the head's pictures
@@ -50,12 +52,7 @@ class TrackedLips:
 
 def read_tracked_lips(clip: Path, offset_s: float) -> TrackedLips:
     """The lips of a tracked clip, moved by how late they are against the sound."""
-    stored = read_npz(
-        clip,
-        max_bytes=FIELDS_MAX_BYTES,
-        allowed="a tracked clip with its lips",
-        only=frozenset(("t", "lip_xyz", "lip_idx", "eye_dist_px")),
-    )
+    stored = read_npz(clip, LIPS_FILE, only=frozenset(("t", "lip_xyz", "lip_idx", "eye_dist_px")))
     order = {int(point): place for place, point in enumerate(stored["lip_idx"])}
     flat = stored["lip_xyz"][:, :, :2].astype(float) / float(stored["eye_dist_px"].ravel()[0])
     middle = np.nanmedian(flat, axis=(0, 1))

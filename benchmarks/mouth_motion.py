@@ -26,6 +26,7 @@ from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.evaluation.tracked_mouths import TrackedClip, find_tracked_mouths, read_tracked_mouth
 from elocute.files.array_reading import read_npz
+from elocute.files.reading import FileKind
 from elocute.head.builtin import load_builtin_head
 from elocute.models.feature_extraction import extract_features
 from elocute.models.registry import open_model
@@ -35,6 +36,7 @@ from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_as_tracked
 from elocute.numerics.correlation import pearson
 
+MOUTH_FILE = FileKind("a tracked mouth", 16_000_000)
 FIELDS = ("inner_opening_mean", "lip_width", "protrusion", "jaw", "upper_lip", "lower_lip")
 SHOWN = ("opening", "width", "protrusion", "jaw", "upper lip", "lower lip")
 OPENING, JAW = 0, 3
@@ -75,12 +77,7 @@ def compared(found: TrackedClip, model: str, lookahead: float | None = None) -> 
 
     lookahead: of a live stream, s; None for `animate`.
     """
-    fields = read_npz(
-        found.path,
-        max_bytes=16_000_000,
-        allowed="a tracked mouth",
-        only=frozenset((*FIELDS, "t", "valid")),
-    )
+    fields = read_npz(found.path, MOUTH_FILE, only=frozenset((*FIELDS, "t", "valid")))
     tracked = np.stack([np.asarray(fields[name], float) for name in FIELDS], axis=1)
     seen = np.isfinite(tracked).all(axis=1) & (np.asarray(fields["valid"]) > 0)
     if seen.mean() < TRACKED_LEAST:

@@ -28,6 +28,13 @@ from pathlib import Path
 import numpy as np
 
 from elocute.evaluation.confidence_intervals import ConfidenceInterval
+from elocute.study.crowd import (
+    SYNC_BOUNDS_MS,
+    Crowd,
+    Seat,
+    crowd_answers,
+    seats_of,
+)
 from elocute.study.design.design import (
     Analysis,
     Assignment,
@@ -40,13 +47,6 @@ from elocute.study.design.design import (
     Study,
 )
 from elocute.study.design.power import Plan, power_with
-from elocute.study.raters.crowd import (
-    SYNC_BOUNDS_MS,
-    Crowd,
-    Seat,
-    crowd_answers,
-    seats_of,
-)
 from elocute.study.report.answers import Answer
 from elocute.study.report.exclusions import keep
 from elocute.study.report.report import make_report

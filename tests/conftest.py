@@ -351,7 +351,7 @@ def learned(tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[...,
     pytest.importorskip("lightning_fabric", reason="needs the extra `train`")
     from dataclasses import replace
 
-    from elocute.corpus.corpus_store import manifest_of, open_corpus, write_manifest
+    from elocute.corpus.corpus_store import open_corpus, write_manifest
     from elocute.corpus.split import Split
     from elocute.encoders.registry import resolve_encoder
     from elocute.training.voca.export import export_voca
@@ -364,7 +364,7 @@ def learned(tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[...,
         own = tuple(entry.name for entry in made.entries if entry.sentence.startswith("own"))
         taught = tuple(entry.name for entry in made.entries if entry.name not in own)
         split = Split(taught, (), own)
-        write_manifest(made.folder, manifest_of(replace(made, splits={"default": split})))
+        write_manifest(replace(made, splits={"default": split}))
         corpus = open_corpus(made.folder)
         config = VocaTrainConfig(epochs=60, encoder="phones", learning_rate=2e-3)
         trained = fit(prepare(corpus, config, resolve_encoder(config.encoder)), config)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import soundfile
 
-from elocute.corpus.shard_writing import ShardWriter
+from elocute.corpus.shards import ShardWriter
 from elocute.corpus.word_clip import SENTENCE, WordClip
 from elocute.head.builtin import load_builtin_head
 from elocute.models.model_shapes import to_shapes

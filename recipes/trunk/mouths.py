@@ -14,8 +14,10 @@ from elocute.audio.read import read_audio
 from elocute.audio.waveform import SPEECH_RATE
 from elocute.evaluation.tracked_mouths import find_tracked_mouths, read_tracked_mouth
 from elocute.files.array_reading import read_npz
+from elocute.files.reading import FileKind
 from recipes.encoder.augment import Augmenter
 
+MOUTH_FILE = FileKind("a tracked mouth", 16_000_000)
 FIELDS = ("inner_opening_mean", "lip_width", "protrusion", "jaw", "upper_lip", "lower_lip")
 """Of a tracked mouth, in the order of the trunk's answers; whether lips are shut comes last."""
 ROW_RATE, ROW_SAMPLES = 50.0, 320
@@ -62,12 +64,7 @@ def read_mouths(folder: Path, leave_out: Iterable[str] = ()) -> list[MouthClip]:
     for found in find_tracked_mouths(folder):
         if found.path.stem in skipped:
             continue
-        fields = read_npz(
-            found.path,
-            max_bytes=16_000_000,
-            allowed="a tracked mouth",
-            only=frozenset((*FIELDS, "t", "valid")),
-        )
+        fields = read_npz(found.path, MOUTH_FILE, only=frozenset((*FIELDS, "t", "valid")))
         if "valid" not in fields:
             continue
         tracked = np.stack([np.asarray(fields[name], float) for name in FIELDS], axis=1)

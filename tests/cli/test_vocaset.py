@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from elocute.corpus.importers.published_splits import (
+from elocute.corpus.importers.split_choice import (
     VOCASET_TEST,
     VOCASET_TRAIN,
     VOCASET_VALIDATION,

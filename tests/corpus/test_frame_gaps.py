@@ -14,6 +14,7 @@ from elocute.corpus.importers.frame_gaps import filled, frame_rows
 from elocute.corpus.importers.registry import convert
 from elocute.errors import CorpusError
 from elocute.files.array_file import ArrayFile
+from elocute.files.reading import ANY_BYTES, FileKind
 from elocute.training.corpus_data import check_finite
 from elocute.training.target_space import motion_space
 
@@ -151,7 +152,7 @@ def test_templates_that_are_none_are_told(tmp_path: Path, sources, value: object
 def test_rows_of_an_array_by_columns(tmp_path: Path):
     whole = np.arange(7 * 5 * 3, dtype=np.float32).reshape(7, 5, 3)
     np.save(tmp_path / "a.npy", np.asfortranarray(whole))
-    found = ArrayFile(tmp_path / "a.npy", allowed="rows")
+    found = ArrayFile(tmp_path / "a.npy", FileKind("rows", ANY_BYTES))
     assert not np.load(tmp_path / "a.npy").flags.c_contiguous
     np.testing.assert_array_equal(found[:], whole)
     np.testing.assert_array_equal(found[[5, 1, 2]], whole[[5, 1, 2]])

@@ -16,15 +16,15 @@ from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.importers.biwi import convert_biwi
 from elocute.corpus.importers.folder import convert_folder
 from elocute.corpus.importers.grid import SCALARS, grid_clips, read_tracked_lips
-from elocute.corpus.importers.length_scale import metres_per_unit
-from elocute.corpus.importers.published_splits import (
+from elocute.corpus.importers.registry import convert, detect_format
+from elocute.corpus.importers.split_choice import (
     BIWI_SEEN,
     VOCASET_TEST,
     VOCASET_TRAIN,
     VOCASET_VALIDATION,
 )
-from elocute.corpus.importers.registry import convert, detect_format
 from elocute.corpus.importers.vocaset import convert_vocaset
+from elocute.corpus.length_units import metres_per_unit
 from elocute.corpus.split import find_leaks
 from elocute.errors import CorpusError, InputError
 from elocute.head.builtin import load_builtin_head

@@ -210,7 +210,7 @@ def test_malformed_clips_are_refused(changed: dict[str, Any], says: str) -> None
 def test_rows_of_other_writers_are_checked_too(tmp_path: Path, folder: Path, sounds: Path) -> None:
     import pyarrow.parquet as pq
 
-    from elocute.corpus.shard_file import sha256_of
+    from elocute.files.reading import file_sha256
 
     path = folder / "words-00000.parquet"
     table = pq.read_table(path)
@@ -221,7 +221,7 @@ def test_rows_of_other_writers_are_checked_too(tmp_path: Path, folder: Path, sou
         table.set_column(table.schema.get_field_index("audio"), "audio", pa.array(names)), path
     )
     manifest = json.loads((folder / "manifest.json").read_text())
-    manifest["shards"][0]["sha256"] = sha256_of(path)
+    manifest["shards"][0]["sha256"] = file_sha256(path)
     (folder / "manifest.json").write_text(json.dumps(manifest))
     with pytest.raises(CorpusError, match=r"words-00000.parquet, row 1: .*secret"):
         list(open_shards(folder, sounds).clips())

@@ -14,7 +14,7 @@ from elocute.audio.waveform import Waveform
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_statistics import displacement_blocks, moments
 from elocute.corpus.corpus_store import Corpus, open_corpus
-from elocute.corpus.corpus_writing import corpus_writer, set_split
+from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.split import Split
 from elocute.errors import CorpusError
 from elocute.files.array_file import ArrayFile
@@ -152,11 +152,12 @@ def test_arrays_that_do_not_fit_the_manifest_are_refused(corpus: Corpus, tmp_pat
         open_corpus(folder)
 
 
-def test_a_split_is_stored_under_its_name(corpus: Corpus, tmp_path: Path) -> None:
+def test_a_split_is_read_by_its_name(corpus: Corpus, tmp_path: Path) -> None:
     folder = tmp_path / "copy"
     shutil.copytree(corpus.folder, folder)
-    split = Split(("plain.s0",), ("broad.s1",), ())
-    set_split(open_corpus(folder), "tiny", split)
-    assert open_corpus(folder).split("tiny") == split
+    manifest = json.loads((folder / "corpus.json").read_text())
+    manifest["splits"]["tiny"] = {"train": ["plain.s0"], "validation": ["broad.s1"], "test": []}
+    (folder / "corpus.json").write_text(json.dumps(manifest))
+    assert open_corpus(folder).split("tiny") == Split(("plain.s0",), ("broad.s1",), ())
     with pytest.raises(CorpusError, match="default, tiny"):
         open_corpus(folder).split("none")

@@ -7,6 +7,7 @@ import struct
 import threading
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,8 +16,9 @@ from elocute.errors import CorpusError, InputError, MotionError
 from elocute.files.array_file import ArrayFile
 from elocute.files.array_reading import npz_names, read_npy, read_npz
 from elocute.files.array_writing import RowWriter, write_npz
+from elocute.files.reading import ANY_BYTES, FileKind
 
-LIMITS = {"max_bytes": 10_000_000, "allowed": "numbers (.npz)"}
+NUMBERS = FileKind("numbers (.npz)", 10_000_000)
 
 
 def npy_bytes(array):
@@ -36,11 +38,11 @@ def test_arrays_come_back_as_they_were(tmp_path, compressed):
         "one": np.float64(0.25),
     }
     write_npz(tmp_path / "a.npz", arrays, compressed=compressed)
-    found = read_npz(tmp_path / "a.npz", **LIMITS)
+    found = read_npz(tmp_path / "a.npz", NUMBERS)
     for name, array in arrays.items():
         np.testing.assert_array_equal(found[name], array)
     found["columns"][0, 0] = 9  # they are the caller's own
-    assert set(read_npz(tmp_path / "a.npz", only=frozenset({"big"}), **LIMITS)) == {"big"}
+    assert set(read_npz(tmp_path / "a.npz", NUMBERS, only=frozenset({"big"}))) == {"big"}
 
 
 @pytest.mark.parametrize(
@@ -61,7 +63,7 @@ def test_an_entry_that_is_none_is_one_line(tmp_path, entry, found):
     with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
         archive.writestr("weights.npy", entry)
     with pytest.raises(MotionError, match="weights") as caught:
-        read_npz(tmp_path / "a.npz", error=MotionError, **LIMITS)
+        read_npz(tmp_path / "a.npz", replace(NUMBERS, error=MotionError))
     assert found in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -71,7 +73,7 @@ def test_an_archive_that_unpacks_to_far_more_than_its_size_is_refused(tmp_path):
         archive.writestr("zeros.npy", npy_bytes(np.zeros(20_000_000)))
     assert (tmp_path / "bomb.npz").stat().st_size < 200_000
     with pytest.raises(InputError, match="160 MB inside"):
-        read_npz(tmp_path / "bomb.npz", **LIMITS)
+        read_npz(tmp_path / "bomb.npz", NUMBERS)
 
 
 def test_a_pipe_is_not_waited_for(tmp_path):
@@ -82,7 +84,7 @@ def test_a_pipe_is_not_waited_for(tmp_path):
 
     def read():
         with pytest.raises(InputError, match="no regular file"):
-            read_npz(tmp_path / "pipe.npz", **LIMITS)
+            read_npz(tmp_path / "pipe.npz", NUMBERS)
         result.append("told")
 
     thread = threading.Thread(target=read, daemon=True)
@@ -94,7 +96,7 @@ def test_a_pipe_is_not_waited_for(tmp_path):
 def test_a_larger_file_than_allowed_is_refused(tmp_path):
     np.save(tmp_path / "a.npy", np.zeros(1000))
     with pytest.raises(InputError, match=r"8.128 kB; allowed: numbers of up to 1 kB"):
-        read_npy(tmp_path / "a.npy", max_bytes=1000, allowed="numbers")
+        read_npy(tmp_path / "a.npy", FileKind("numbers", 1000))
 
 
 @pytest.mark.skipif(np.finfo(np.longdouble).nmant != 63, reason="numbers of ten bytes are x86's")
@@ -105,7 +107,7 @@ def test_bits_that_are_no_number_of_ten_bytes_are_nan(tmp_path):
         b"\x9a\x99\x99\x99\x99\x99\xb9?\x9a\x99", np.uint8
     )
     np.save(tmp_path / "a.npy", numbers)
-    found = read_npy(tmp_path / "a.npy", max_bytes=1000, allowed="numbers", error=InputError)
+    found = read_npy(tmp_path / "a.npy", FileKind("numbers", 1000))
     assert found.dtype == np.float64
     assert np.array_equal(found, [1.5, np.nan, -3], equal_nan=True)
 
@@ -113,7 +115,7 @@ def test_bits_that_are_no_number_of_ten_bytes_are_nan(tmp_path):
 def test_rows_of_a_file_are_read_as_a_memory_map_gives_them(tmp_path):
     array = np.random.default_rng(0).normal(size=(10, 4, 3)).astype(np.float32)
     np.save(tmp_path / "a.npy", array)
-    rows = ArrayFile(tmp_path / "a.npy", allowed="numbers")
+    rows = ArrayFile(tmp_path / "a.npy", NUMBERS)
     assert (rows.shape, rows.dtype, len(rows), rows.nbytes) == ((10, 4, 3), array.dtype, 10, 480)
     mask = np.arange(10) % 3 == 0
     for index in (
@@ -136,7 +138,7 @@ def test_rows_of_a_file_are_read_as_a_memory_map_gives_them(tmp_path):
 def test_a_file_cut_short_while_it_is_open_is_an_error_that_can_be_told(tmp_path):
     path = tmp_path / "frames.npy"
     np.save(path, np.zeros((1000, 300), np.float32))
-    rows = ArrayFile(path, allowed="frames", error=CorpusError)
+    rows = ArrayFile(path, FileKind("frames", ANY_BYTES, CorpusError))
     rows[999]
     with path.open("r+b") as file:
         file.truncate(5000)
@@ -150,7 +152,7 @@ def test_rows_are_written_one_after_another_and_read_anywhere(tmp_path):
         for start in range(0, 20, 7):
             rows.add(numbers[start : start + 7])
     assert (np.load(tmp_path / "a.npy") == numbers).all()
-    file = ArrayFile(tmp_path / "a.npy", allowed="numbers")
+    file = ArrayFile(tmp_path / "a.npy", NUMBERS)
     places = np.array([3, 4, 5, 0, 19, 19, -1, 7])
     assert (file[places] == numbers[places]).all() and (file[[2, 9]] == numbers[[2, 9]]).all()
     assert file[np.zeros(0, int)].shape == (0, 3)
@@ -161,7 +163,7 @@ def test_rows_are_written_one_after_another_and_read_anywhere(tmp_path):
 def test_a_part_is_an_array_of_its_own(tmp_path):
     numbers = np.arange(60, dtype=np.float32).reshape(20, 3)
     np.save(tmp_path / "a.npy", numbers)
-    part = ArrayFile(tmp_path / "a.npy", allowed="numbers").part(5, 12)
+    part = ArrayFile(tmp_path / "a.npy", NUMBERS).part(5, 12)
     assert part.shape == (7, 3) and (np.asarray(part) == numbers[5:12]).all()
     assert (part.part(1, 100)[-1] == numbers[11]).all()
     copy = pickle.loads(pickle.dumps(part))
@@ -171,7 +173,7 @@ def test_a_part_is_an_array_of_its_own(tmp_path):
 def test_threads_may_read_one_file(tmp_path):
     numbers = np.arange(300_000, dtype=np.float32).reshape(1000, 300)
     np.save(tmp_path / "a.npy", numbers)
-    file = ArrayFile(tmp_path / "a.npy", allowed="numbers")
+    file = ArrayFile(tmp_path / "a.npy", NUMBERS)
     with ThreadPoolExecutor(8) as pool:
         found = list(pool.map(lambda row: file[row], [*range(1000)] * 4))
     assert (np.stack(found[:1000]) == numbers).all() and (found[3999] == numbers[-1]).all()
@@ -182,7 +184,7 @@ def test_a_header_with_escapes_is_refused_without_a_warning(tmp_path):
     data = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + bytes(12)
     (tmp_path / "a.npy").write_bytes(data)
     with pytest.raises(InputError, match="a header that cannot be read"):
-        read_npy(tmp_path / "a.npy", max_bytes=1000, allowed="numbers")
+        read_npy(tmp_path / "a.npy", FileKind("numbers", 1000))
 
 
 def test_a_directory_of_millions_is_not_listed(tmp_path):
@@ -193,12 +195,12 @@ def test_a_directory_of_millions_is_not_listed(tmp_path):
     (tmp_path / "a.npz").write_bytes(entries + b"PK\x05\x06" + end)
     for read in (read_npz, npz_names):
         with pytest.raises(InputError, match="more than 10000 arrays"):
-            read(tmp_path / "a.npz", max_bytes=10**9, allowed="numbers")
+            read(tmp_path / "a.npz", NUMBERS)
 
 
 def test_names_of_arrays(tmp_path):
     np.savez(tmp_path / "a.npz", one=np.ones(3), two=np.ones(2))
-    names = npz_names(tmp_path / "a.npz", max_bytes=10**6, allowed="numbers")
+    names = npz_names(tmp_path / "a.npz", NUMBERS)
     assert names == {"one", "two"}
 
 
@@ -212,4 +214,4 @@ def test_a_file_of_holes_is_refused(tmp_path):
         file.write(header)
         file.truncate(10**12)
     with pytest.raises(InputError, match=r"1000 GB, nearly all of it holes"):
-        ArrayFile(path, allowed="rows")
+        ArrayFile(path, FileKind("rows", ANY_BYTES))

@@ -23,11 +23,12 @@ from pathlib import Path
 from elocute.registration.scan_file import read_scan
 from elocute.errors import InputError
 from elocute.files.onnx_session import open_session
+from elocute.files.reading import FileKind
 from elocute.head.mesh import read_mesh
 readers = {
     "scan": read_scan,
     "mesh": read_mesh,
-    "network": lambda path: open_session(path, max_bytes=10**6, allowed="a network"),
+    "network": lambda path: open_session(path, FileKind("a network", 10**6)),
 }
 opened = []
 def watch(event, arguments):

@@ -1,24 +1,27 @@
 """JSON whose numbers are numbers."""
 
+from dataclasses import replace
+
 import pytest
 
 from elocute.errors import HeadError, InputError
 from elocute.files.json_records import finite_number, parse_json, read_record, write_record
+from elocute.files.reading import FileKind
 
-LIMITS = {"max_bytes": 100_000, "allowed": "a record"}
+RECORD = FileKind("a record", 100_000)
 
 
 def test_a_record_comes_back(tmp_path):
     write_record(tmp_path / "a.json", {"name": "hana", "numbers": [1, -2.5, 3e4]})
-    assert read_record(tmp_path / "a.json", **LIMITS) == {"name": "hana", "numbers": [1, -2.5, 3e4]}
+    assert read_record(tmp_path / "a.json", RECORD) == {"name": "hana", "numbers": [1, -2.5, 3e4]}
     (tmp_path / "b.json").write_bytes(b"\xef\xbb\xbf{}")  # as Windows editors save it
-    assert read_record(tmp_path / "b.json", **LIMITS) == {}
+    assert read_record(tmp_path / "b.json", RECORD) == {}
 
 
 def test_brackets_in_texts_and_many_in_a_row_are_no_depth(tmp_path):
     record = {"a": "[{" * 500 + '"\\', "b": [[]] * 500, "c": "]]" * 500}
     write_record(tmp_path / "a.json", record)
-    assert read_record(tmp_path / "a.json", **LIMITS) == record
+    assert read_record(tmp_path / "a.json", RECORD) == record
 
 
 @pytest.mark.parametrize(
@@ -40,7 +43,7 @@ def test_brackets_in_texts_and_many_in_a_row_are_no_depth(tmp_path):
 def test_what_no_step_could_use_is_one_line(tmp_path, text, found):
     (tmp_path / "a.json").write_text(text)
     with pytest.raises(HeadError) as caught:
-        read_record(tmp_path / "a.json", error=HeadError, **LIMITS)
+        read_record(tmp_path / "a.json", replace(RECORD, error=HeadError))
     assert found in str(caught.value)
     assert len(str(caught.value)) < 500
     assert "\n" not in str(caught.value)

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from elocute.errors import ModelError
+from elocute.files.reading import FileKind
 from elocute.files.safetensors_header import read_tensor_header
 
 WHOLE = {"w": {"dtype": "F32", "shape": [2, 3], "data_offsets": [0, 24]}}
@@ -17,7 +18,7 @@ def packed(record: object, content: bytes = bytes(24)) -> bytes:
 
 def read(path, data: bytes):
     path.write_bytes(data)
-    return read_tensor_header(path, max_bytes=10_000, allowed="weights", error=ModelError)
+    return read_tensor_header(path, FileKind("weights", 10_000, ModelError))
 
 
 def test_shapes_and_metadata_are_told(tmp_path):

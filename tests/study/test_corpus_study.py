@@ -14,8 +14,7 @@ from elocute.head.identity import resolve_identity
 from elocute.motion.motion import Motion
 from elocute.study.design.design_file import read_design
 from elocute.study.design.trials import Clip
-from elocute.study.stimuli.clip_making import ClipMaking
-from elocute.study.stimuli.stimuli import make_stimuli
+from elocute.study.stimuli.stimuli import ClipMaking, make_stimuli
 from elocute.study.stimuli.stimulus_pictures import shown_motion
 from tests.study.studies import HEAD
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from elocute.errors import StudyError
+from elocute.study.crowd import Crowd, crowd_answers, seats_of
 from elocute.study.design.design import Analysis, Exclusions
-from elocute.study.raters.crowd import Crowd, crowd_answers, seats_of
 from elocute.study.report.answers import Answer
 from elocute.study.report.exclusions import keep
 from tests.study.designs import design_of

@@ -20,9 +20,9 @@ pytest.importorskip("statsmodels")
 
 from elocute.errors import OutputError, StudyError
 from elocute.evaluation.confidence_intervals import ConfidenceInterval
+from elocute.study.crowd import SYNC_BOUNDS_MS, SYNC_SD_MS, Crowd, crowd_answers, seats_of
 from elocute.study.design.design import Analysis, Assignment, Design
 from elocute.study.design.power import Plan, exact_power, plan_for, plan_study, power_with
-from elocute.study.raters.crowd import SYNC_BOUNDS_MS, SYNC_SD_MS, Crowd, crowd_answers, seats_of
 from elocute.study.report.answers import COLUMNS, Answer, answers_text, write_answers
 from elocute.study.report.report import NOT_PEOPLE, make_report
 from elocute.study.report.report_files import table_csv, table_latex, write_report

@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("matplotlib")
 
-from elocute.study.raters.crowd import Crowd, crowd_answers, seats_of
+from elocute.study.crowd import Crowd, crowd_answers, seats_of
 from elocute.study.report.report import make_report
 from elocute.study.report.report_page import page_text
 from tests.study.designs import design_of

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from elocute.study.statistics.agreement import alpha_interval, krippendorff_alpha
+from elocute.study.statistics.agreement import alpha_interval
 from elocute.study.statistics.bradley_terry import connected, fit_bradley_terry
 from elocute.study.statistics.mixed_logit import fit_mixed_logit, marginal_share
 from elocute.study.statistics.proportions import (
@@ -56,8 +56,8 @@ def rated() -> tuple[list[int], list[int]]:
 )
 def test_alpha_as_krippendorff_computes_it(level, published):
     units, values = rated()
-    assert krippendorff_alpha(units, values, level) == pytest.approx(published, abs=6e-4)
     found = alpha_interval(units, values, level, 0.95)
+    assert found.value == pytest.approx(published, abs=6e-4)
     assert found.low < found.value < found.high <= 1
 
 
@@ -65,13 +65,13 @@ def test_alpha_of_two_observers_as_krippendorff_computes_it():
     """Section A of the same text: ten articles, two observers, α = 0.095."""
     one, other = "0100000010", "1110010000"
     units = [*range(10), *range(10)]
-    assert krippendorff_alpha(units, [*one, *other]) == pytest.approx(0.095, abs=6e-4)
+    found = alpha_interval(units, [*one, *other], "nominal", 0.95)
+    assert found.value == pytest.approx(0.095, abs=6e-4)
 
 
 def test_alpha_of_one_answer_each_and_of_answers_all_alike_is_not_a_number():
-    assert math.isnan(krippendorff_alpha(["a", "b"], ["x", "y"]))
-    assert math.isnan(krippendorff_alpha(["a", "a"], ["x", "x"]))
-    assert math.isnan(krippendorff_alpha([], []))
+    for units, values in ((["a", "b"], ["x", "y"]), (["a", "a"], ["x", "x"]), ([], [])):
+        assert math.isnan(alpha_interval(units, values, "nominal", 0.95).value)
 
 
 def test_the_mixed_model_of_herds_is_that_of_lme4():

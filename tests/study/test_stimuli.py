@@ -16,7 +16,7 @@ from elocute.study.design.design_file import read_design
 from elocute.study.stimuli.manifest import open_study
 from elocute.study.stimuli.sources import inside, named_file, with_found_sounds
 from elocute.study.stimuli.stimuli import make_stimuli
-from elocute.study.stimuli.stimulus_sound import RATE, heard, level_of, voice_noise
+from elocute.study.stimuli.stimulus_sound import RATE, heard, voice_noise
 from tests.study.studies import FLASHES_S, FPS, HEAD, QUICK, SECONDS, VIDEOS, flashing
 
 
@@ -24,6 +24,11 @@ def pictures(path: Path) -> np.ndarray:
     """(frame, height, width, 3) of a video."""
     with av.open(str(path)) as file:
         return np.stack([each.to_ndarray(format="rgb24") for each in file.decode(video=0)])
+
+
+def level_of(samples: np.ndarray) -> float:
+    """Root mean square, dB of full scale."""
+    return float(10 * np.log10(np.mean(np.square(samples, dtype=np.float64)) + 1e-12))
 
 
 @pytest.fixture

@@ -228,7 +228,7 @@ def _make_tracked(place: Path) -> None:
 
 def _make_benchmark(place: Path, *, truth: bool) -> None:
     """A test clip of VOCASET as FaceFormer keeps it, or a prediction of it."""
-    from elocute.corpus.importers.published_splits import VOCASET_TEST
+    from elocute.corpus.importers.split_choice import VOCASET_TEST
 
     subject = VOCASET_TEST[0]
     face = np.random.default_rng(0).uniform(-0.1, 0.1, (5023, 3))
@@ -242,15 +242,15 @@ def _make_benchmark(place: Path, *, truth: bool) -> None:
 
 
 def _make_vocaset(place: Path, name: str, request: pytest.FixtureRequest) -> None:
-    from elocute.corpus.importers import published_splits
+    from elocute.corpus.importers import split_choice
 
     python2: Any = request.getfixturevalue("python2")
     if name == "VOCASET":
         people = (
-            published_splits.VOCASET_TRAIN[0],
-            published_splits.VOCASET_TRAIN[1],
-            published_splits.VOCASET_VALIDATION[0],
-            published_splits.VOCASET_TEST[0],
+            split_choice.VOCASET_TRAIN[0],
+            split_choice.VOCASET_TRAIN[1],
+            split_choice.VOCASET_VALIDATION[0],
+            split_choice.VOCASET_TEST[0],
         )
         request.getfixturevalue("sources").write_vocaset(place, python2, people)
     else:

@@ -13,6 +13,7 @@ from elocute.array_types import Float32Array
 from elocute.errors import InputError, MotionError
 from elocute.export.curve_files import SUFFIXES, read_curves
 from elocute.files.array_reading import npz_names
+from elocute.files.reading import FileKind
 from elocute.head.flame import FlameModel, flame_vertices, load_flame
 from elocute.head.flame_layouts import ASSUMED_FPS, is_flame, read_layout
 from elocute.head.looks import person
@@ -23,12 +24,15 @@ from elocute.motion.motion import Motion, check_reach
 from elocute.motion.store import load_motion
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 
-NPZ_MAX_BYTES = 2_000_000_000
 BLOCK = 300
 """Frames of FLAME's vertices in memory at once."""
 TURNED_AWAY = 1.0
 """A root that begins with so great a turn, in radians, stands before a camera, not upright."""
-ALLOWED = f"a motion or FLAME parameters (.npz), or curves ({', '.join(SUFFIXES)})"
+MOTION_FILE = FileKind(
+    f"a motion or FLAME parameters (.npz), or curves ({', '.join(SUFFIXES)})",
+    2_000_000_000,
+    MotionError,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +119,7 @@ def holds_flame(path: Path) -> bool:
     if path.suffix.lower() != ".npz":
         return False
     try:
-        names = npz_names(path, max_bytes=NPZ_MAX_BYTES, allowed=ALLOWED, error=MotionError)
+        names = npz_names(path, MOTION_FILE)
     except MotionError:  # what reads it says what is wrong
         return False
     return is_flame(tuple(names))

@@ -9,6 +9,7 @@ from pathlib import Path
 from elocute.articulation.contacts_and_rest import HOLD_MAX_S
 from elocute.errors import InputError
 from elocute.files.json_records import finite_number, read_record
+from elocute.files.reading import FileKind
 from elocute.settings import check_settings, described, setting
 
 
@@ -192,11 +193,11 @@ def _shares(path: Path, mix: dict[str, object]) -> dict[str, float]:
     return {name: share / total for name, share in shares.items()}
 
 
-FILE_MAX_BYTES = 65_536
+STYLE_FILE = FileKind("an object of numbers", 65_536)
 
 
 def _read_style(path: Path) -> Style:
-    record = read_record(path, max_bytes=FILE_MAX_BYTES, allowed="an object of numbers")
+    record = read_record(path, STYLE_FILE)
     own = record.get("vector")  # as `elocute style fit --new` writes
     if isinstance(own, dict):
         record = own

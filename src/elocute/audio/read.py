@@ -38,7 +38,7 @@ from elocute.audio.wav_header import (
 )
 from elocute.audio.waveform import Waveform, check_rate, check_samples
 from elocute.errors import AudioError
-from elocute.files.reading import open_regular, path_of, stored_bytes
+from elocute.files.reading import FileKind, open_regular, path_of, stored_bytes
 from elocute.numerics.input_checks import whole_number
 from elocute.one_line_repr import brief
 
@@ -362,7 +362,7 @@ def _within_budget(path: str | Path, rate: int, channel: int | None) -> Iterator
 
 
 def _stored(path: str | Path) -> int:
-    with open_regular(path, max_bytes=FILE_MAX_BYTES, allowed="a sound", error=AudioError) as file:
+    with open_regular(path, FileKind("a sound", FILE_MAX_BYTES, AudioError)) as file:
         return stored_bytes(file)
 
 
@@ -432,7 +432,7 @@ def _check_file(path: Path) -> None:
     """Refuse pipes (reading would block), folders and empty files."""
     allowed = f"a file: {FORMATS}"
     with open_regular(
-        path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=AudioError, remedy="check the name"
+        path, FileKind(allowed, FILE_MAX_BYTES, AudioError, "check the name")
     ) as file:
         if file.read(1):
             return

@@ -14,14 +14,15 @@ from elocute.errors import CaptureError, InputError
 from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import write_npz
 from elocute.files.json_records import finite_number, parse_json
+from elocute.files.reading import FileKind
 from elocute.registration.accuracy import SurfaceError
 from elocute.registration.model_fit import ModelParameters
 from elocute.registration.register import Registration
 from elocute.registration.zero_pose import HeadPose
 
 VERSION = 1
-FILE_MAX_BYTES = 500_000_000
 ALLOWED = "a registered frame (.npz)"
+FRAME_FILE = FileKind(ALLOWED, 500_000_000, CaptureError)
 ARRAYS = {"zero": 2, "offsets": 2, "identity": 1, "expression": 1, "translation": 1, "turns": 2}
 """Arrays of a good frame, and how many axes each has."""
 
@@ -132,7 +133,7 @@ def read_registration(path: Path, record: FrameRecord) -> Registration | None:
 
 
 def _read(path: Path) -> dict[str, NDArray[Any]]:
-    return read_npz(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CaptureError)
+    return read_npz(path, FRAME_FILE)
 
 
 def _is_sound(record: FrameRecord) -> bool:

@@ -33,13 +33,20 @@ from elocute.capture.sequence_tracking import (
 from elocute.capture.settings import BatchSettings
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import CorpusWriter, corpus_writer
-from elocute.corpus.importers.even_splits import even_split
-from elocute.corpus.shard_file import sha256_of
-from elocute.errors import AudioError, CaptureError, ElocuteError, InputError, OutputError
+from elocute.corpus.importers.split_choice import even_split
+from elocute.errors import (
+    AudioError,
+    CaptureError,
+    CorpusError,
+    ElocuteError,
+    InputError,
+    OutputError,
+)
 from elocute.files.array_file import ArrayFile
 from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import moved_aside, write_atomically
+from elocute.files.reading import ANY_BYTES, FileKind, file_sha256
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
 from elocute.jobs.pool import FailedTask
@@ -48,7 +55,8 @@ from elocute.registration.register import register_neutral
 
 CORPUS, MADE = "corpus", "corpus.sha256"
 FOLDERS, BEGUN = ("subjects", "sequences"), "capture.begun"
-FILE_MAX_BYTES = 500_000_000
+MOTION_FILE = FileKind("registered motion", ANY_BYTES)
+FACE_FILE = FileKind("a neutral face", 500_000_000, CaptureError)
 NEUTRAL_TRIES = 5
 """First frames of a sequence in which a neutral face is sought where none is named."""
 
@@ -150,9 +158,7 @@ def _make(folder: Path) -> Path:
 def _own_head(head: HeadModel, sequences: list[ScanSequence], path: Path, method: str) -> HeadModel:
     """The person's neutral face, from the sequence that names a neutral frame, or the first."""
     try:
-        stored = read_npz(
-            path, max_bytes=FILE_MAX_BYTES, allowed="a neutral face", error=CaptureError
-        )
+        stored = read_npz(path, FACE_FILE)
         template, joints = stored["template"], stored["joints"]
         alike = template.shape == head.template.shape and joints.shape == head.joint_positions.shape
         source = next((one for one in sequences if one.name == str(stored["sequence"])), None)
@@ -356,7 +362,7 @@ def _check_corpus_place(output: Path) -> None:
     if not os.path.lexists(output / CORPUS):
         return
     made = place.read_text(encoding="utf-8", errors="replace") if place.is_file() else ""
-    if not manifest.is_file() or made.strip() != sha256_of(manifest):
+    if not manifest.is_file() or made.strip() != file_sha256(manifest, CorpusError):
         raise OutputError.about(
             output / CORPUS,
             found="a folder that capture did not make, or that was changed since",
@@ -396,7 +402,7 @@ def _write_corpus(
         if writer.entries:
             writer.splits["default"] = even_split(writer.entries, [])
     with write_atomically(output / MADE) as draft:
-        draft.write_text(sha256_of(folder / "corpus.json") + "\n", encoding="utf-8")
+        draft.write_text(file_sha256(folder / "corpus.json", CorpusError) + "\n", encoding="utf-8")
     return results
 
 
@@ -416,6 +422,6 @@ def _add(
         waveform = read_audio(sound)
     except AudioError as error:
         return replace(result, failed=str(error))
-    frames = ArrayFile(track.folder.parent / "motion.npy", allowed="registered motion")
+    frames = ArrayFile(track.folder.parent / "motion.npy", MOTION_FILE)
     writer.add(Clip(metadata.subject, metadata.sentence, metadata.text, waveform, frames))
     return replace(result, in_corpus=True)

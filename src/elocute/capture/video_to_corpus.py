@@ -11,7 +11,7 @@ from elocute.audio.waveform import SPEECH_RATE
 from elocute.capture.video.video_to_motion import VideoCapture, resample_motion
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
-from elocute.corpus.importers.even_splits import even_split
+from elocute.corpus.importers.split_choice import even_split
 from elocute.errors import CaptureError
 from elocute.head.builtin import load_builtin_head
 

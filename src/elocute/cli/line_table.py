@@ -12,13 +12,13 @@ from typing import Any
 
 from elocute.errors import InputError
 from elocute.files.delimited import DelimitedTable
-from elocute.files.reading import read_text
+from elocute.files.reading import FileKind, read_text
 from elocute.models.take_settings import TakeSettings
 from elocute.numerics.frame_rates import frame_rate
 from elocute.settings import settings_of
 from elocute.speech.voices.settings import VoiceSettings
 
-BYTES_MAX = 50_000_000
+TABLE_FILE = FileKind("a CSV of lines", 50_000_000)
 LINES_MAX = 100_000
 MISSPELLED = 0.85
 """How like one of ours another column's name is that is taken for a slip."""
@@ -75,7 +75,7 @@ def read_lines(path: str | Path, voice: VoiceSettings) -> list[Line | UnusableLi
         For another file, too many rows, and columns that are missing or misspelled.
     """
     path = Path(path)
-    text = read_text(path, max_bytes=BYTES_MAX, allowed="a CSV of lines")
+    text = read_text(path, TABLE_FILE)
     lines: list[Line | UnusableLine] = []
     seen: dict[str, int] = {}
     try:

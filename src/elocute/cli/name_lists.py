@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from elocute.errors import InputError
+from elocute.files.reading import FileKind
 
-MAX_BYTES = 16_000_000
-ALLOWED = "a text file with one name per line"
+NAMES_FILE = FileKind("a text file with one name per line", 16_000_000)
 
 
 def read_names(path: Path | None, *, least: int = 1) -> list[str] | None:
@@ -16,7 +16,7 @@ def read_names(path: Path | None, *, least: int = 1) -> list[str] | None:
         return None
     from elocute.files.reading import read_text
 
-    names = read_text(path, max_bytes=MAX_BYTES, allowed=ALLOWED).split()
+    names = read_text(path, NAMES_FILE).split()
     if len(names) < least:
         raise InputError.about(path, found="no names", allowed="one name per line")
     return names

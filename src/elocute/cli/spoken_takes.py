@@ -101,9 +101,9 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
     sound = run.sound_of(line)
     made_from = {**settings, **run.format_settings}
     if settings["edits"] is not None:
-        from elocute.motion.edits.edit_list import BYTES_MAX
+        from elocute.motion.edits.edit_list import EDITS_FILE
 
-        data = read_bytes(settings["edits"], max_bytes=BYTES_MAX, allowed="an edit list (.json)")
+        data = read_bytes(settings["edits"], EDITS_FILE)
         made_from["edits"] = hashlib.sha256(data).hexdigest()
     if sound is not None:
         facts = sound.stat()

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
         corpus_writer as corpus_writer,
     )
     from elocute.corpus.importers.registry import convert as convert
-    from elocute.corpus.shard_writing import ShardWriter as ShardWriter
     from elocute.corpus.shards import (
         Shards as Shards,
+        ShardWriter as ShardWriter,
         open_shards as open_shards,
         shard_writer as shard_writer,
     )

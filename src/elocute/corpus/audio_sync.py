@@ -44,20 +44,13 @@ OPENNESS = {
 
 @dataclass(frozen=True, eq=False)
 class LagSums:
-    """Sums from which a correlation at each lag is computed; those of several clips add up.
+    """Sums from which a correlation at each lag is computed; those of several clips add up."""
 
-    Attributes
-    ----------
-    products, sound, motion : (lag,) float64
-        Σ s·m, Σ s² and Σ m² of deviations from each clip's means, at the lags of `LAGS`.
-    seconds : float
-        Duration that was summed, s.
-    """
-
+    # (lag,) Σ s·m, Σ s² and Σ m² of deviations from each clip's means, at the lags of `LAGS`.
     products: Float64Array
     sound: Float64Array
     motion: Float64Array
-    seconds: float
+    seconds: float  # duration that was summed, s
 
     def __add__(self, other: LagSums) -> LagSums:
         return LagSums(
@@ -70,21 +63,11 @@ class LagSums:
 
 @dataclass(frozen=True)
 class SyncOffset:
-    """By how much motion and sound are apart.
+    """By how much motion and sound are apart."""
 
-    Attributes
-    ----------
-    seconds : float
-        How much later the motion is than the sound, s; negative where it is earlier.
-    r : float
-        Correlation at that lag.
-    gain : float
-        How much higher it is than without a lag.
-    """
-
-    seconds: float
-    r: float
-    gain: float
+    seconds: float  # how much later the motion is than the sound, s; negative where it is earlier
+    r: float  # correlation at that lag
+    gain: float  # how much higher it is than without a lag
 
 
 def expected_openness(sound: Waveform) -> Float64Array:
@@ -145,18 +128,7 @@ def lag_sums(sound: Waveform, activity: Float64Array, fps: float) -> LagSums | N
 
 
 def estimate_offset(sums: LagSums) -> SyncOffset:
-    """Find the lag of the highest correlation, by a parabola through the values around it.
-
-    Parameters
-    ----------
-    sums : LagSums
-        Of one clip or more.
-
-    Returns
-    -------
-    SyncOffset
-        At that lag.
-    """
+    """The lag of the highest correlation, by a parabola through the values around it."""
     r = sums.products / np.sqrt(sums.sound * sums.motion)
     best = int(r.argmax())
     shift = 0.0

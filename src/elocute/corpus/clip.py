@@ -18,24 +18,9 @@ NAME_PATTERN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}")
 
 
 def check_name(name: str, what: str) -> str:
-    """Check a name that becomes part of a file name.
+    """Check a name that becomes part of a file name, and return it.
 
-    Parameters
-    ----------
-    name : str
-        The name.
-    what : str
-        What it names, for the message.
-
-    Returns
-    -------
-    str
-        The name itself.
-
-    Raises
-    ------
-    CorpusError
-        Where it could not be a file name on every system.
+    Raises CorpusError, about `what` it names, where it could not be a file name on every system.
     """
     if not NAME_PATTERN.fullmatch(name):
         raise CorpusError.about(

@@ -105,8 +105,8 @@ def check_corpus(corpus: Corpus, progress: Callable[[float], None] | None = None
     list of Finding
         Those about the whole corpus first; empty where nothing is wrong.
     """
-    found = list(_template_findings(corpus))
-    found += _split_findings(corpus)
+    findings = list(_template_findings(corpus))
+    findings += _split_findings(corpus)
     regions = find_motion_regions(corpus)
     sums = _SyncSums()
     clips: list[Finding] = []
@@ -118,8 +118,8 @@ def check_corpus(corpus: Corpus, progress: Callable[[float], None] | None = None
     rate = _wrong_rate(corpus, lengths)
     if rate is not None:
         clips = [finding for finding in clips if not finding.what.startswith(LENGTH)]
-        found.append(rate)
-    return [*found, *_offset_findings(sums), *clips]
+        findings.append(rate)
+    return [*findings, *_offset_findings(sums), *clips]
 
 
 def _template_findings(corpus: Corpus) -> Iterator[Finding]:
@@ -139,8 +139,8 @@ def _template_findings(corpus: Corpus) -> Iterator[Finding]:
 
 
 def _split_findings(corpus: Corpus) -> Iterator[Finding]:
-    # One or two people cannot be split by subject: measures then hold for them alone.
     """What the parts of each split share."""
+    # One or two people cannot be split by subject: measures then hold for them alone.
     few = len(corpus.subjects) < 3
     for name, split in corpus.splits.items():
         lines = find_leaks(corpus.entries, split)

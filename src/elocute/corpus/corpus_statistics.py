@@ -17,17 +17,10 @@ BLOCK_FRAMES = 256
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """Mean and variance over frames.
+    """Mean and variance over frames."""
 
-    Attributes
-    ----------
-    count : int
-        Frames.
-    mean, variance : (…,) float64
-        Of each number, over all frames.
-    """
-
-    count: int
+    count: int  # frames
+    # (…,) of each number, over all frames.
     mean: Float64Array
     variance: Float64Array
 
@@ -95,18 +88,7 @@ def displacement_blocks(corpus: Corpus, names: Iterable[str]) -> Iterator[NDArra
 
 
 def corpus_summary(corpus: Corpus) -> dict[str, object]:
-    """The figures of `elocute corpus info`.
-
-    Parameters
-    ----------
-    corpus : Corpus
-        The corpus.
-
-    Returns
-    -------
-    dict
-        By name, for JSON; durations in minutes.
-    """
+    """The figures of `elocute corpus info` by name, for JSON; durations in minutes."""
     per_subject = {
         subject: sum(e.frames for e in corpus.entries if e.subject == subject) / corpus.fps
         for subject in corpus.subjects

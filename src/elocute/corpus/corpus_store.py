@@ -31,16 +31,17 @@ from elocute.errors import CorpusError
 from elocute.files.array_file import ArrayFile
 from elocute.files.array_reading import read_npy
 from elocute.files.json_records import finite_number, read_record
-from elocute.files.reading import is_file, path_of
+from elocute.files.reading import ANY_BYTES, FileKind, is_file, path_of
 from elocute.motion.motion import FPS_MAX
 from elocute.one_line_repr import one_line
 
 FORMAT, VERSION = "elocute-corpus", 1
-MANIFEST_MAX_BYTES = 256_000_000
-ARRAY_MAX_BYTES = 2_000_000_000
-"""Of templates, basis and faces, which are held in memory."""
+MANIFEST_FILE = FileKind("a corpus manifest", 256_000_000, CorpusError)
 TEXT_MAX, COUNT_MAX = 10_000, 10**12
 ALLOWED = "what CorpusWriter wrote"
+ARRAY_FILE = FileKind(ALLOWED, 2_000_000_000, CorpusError)
+"""Of templates, basis and faces, which are held in memory."""
+MOTION_FILE = FileKind(ALLOWED, ANY_BYTES, CorpusError)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +85,7 @@ class Corpus:
     @cached_property
     def motion(self) -> ArrayFile:
         """(frame, …) of all clips, on disk."""
-        return ArrayFile(_there(self.folder / "motion.npy"), allowed=ALLOWED, error=CorpusError)
+        return ArrayFile(_there(self.folder / "motion.npy"), MOTION_FILE)
 
     @cached_property
     def templates(self) -> Float32Array:
@@ -102,7 +103,7 @@ class Corpus:
         path = self.folder / "faces.npy"
         if not path.is_file():
             return None
-        faces = read_npy(path, max_bytes=ARRAY_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+        faces = read_npy(path, ARRAY_FILE)
         corners = faces.ndim == 2 and faces.shape[1] in (3, 4) and faces.dtype.kind in "iu"
         if not corners or (faces.size and not 0 <= faces.min() <= faces.max() < self.vertex_count):
             raise CorpusError.about(
@@ -370,39 +371,14 @@ def open_corpus(folder: str | Path) -> Corpus:
     return corpus
 
 
-def write_manifest(folder: Path, corpus: dict[str, Any]) -> None:
-    """Write corpus.json into a folder, indented for people.
+def write_manifest(corpus: Corpus) -> None:
+    """Write corpus.json into a corpus's folder, indented for people.
 
-    Parameters
-    ----------
-    folder : Path
-        The corpus's folder.
-    corpus : dict
-        As from `manifest_of`.
-
-    Raises
-    ------
-    OSError
-        Where it cannot be written.
+    Raises OSError where it cannot be written.
     """
-    text = json.dumps({"format": FORMAT, "version": VERSION, **corpus}, indent=1)
-    (folder / "corpus.json").write_text(text + "\n", encoding="utf-8")
-
-
-def manifest_of(corpus: Corpus) -> dict[str, Any]:
-    """What the manifest of a corpus says.
-
-    Parameters
-    ----------
-    corpus : Corpus
-        The corpus.
-
-    Returns
-    -------
-    dict
-        For JSON.
-    """
-    return {
+    record = {
+        "format": FORMAT,
+        "version": VERSION,
         "fps": corpus.fps,
         "kind": corpus.kind,
         "components": corpus.components,
@@ -414,6 +390,8 @@ def manifest_of(corpus: Corpus) -> dict[str, Any]:
         ],
         "splits": {name: split.parts() for name, split in corpus.splits.items()},
     }
+    text = json.dumps(record, indent=1)
+    (corpus.folder / "corpus.json").write_text(text + "\n", encoding="utf-8")
 
 
 def _read_manifest(folder: Path) -> dict[str, Any]:
@@ -426,9 +404,7 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
             allowed="a corpus folder",
             remedy="make one: elocute corpus convert",
         )
-    record = read_record(
-        path, max_bytes=MANIFEST_MAX_BYTES, allowed="a corpus manifest", error=CorpusError
-    )
+    record = read_record(path, MANIFEST_FILE)
     if record.get("format") != FORMAT:
         raise CorpusError.about(path, found="another kind of JSON", allowed=f"format {FORMAT}")
     if record.get("version") != VERSION:
@@ -560,7 +536,7 @@ def _there(path: Path) -> Path:
 
 def _in_memory(path: Path) -> Float32Array:
     """An array of lengths, read whole."""
-    array = read_npy(_there(path), max_bytes=ARRAY_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+    array = read_npy(_there(path), ARRAY_FILE)
     if array.dtype.kind != "f":
         raise CorpusError.about(path, found=str(array.dtype), allowed="metres")
     return array

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from elocute.audio.write import write_flac
 from elocute.corpus.clip import Clip, check_name
-from elocute.corpus.corpus_store import Corpus, manifest_of, open_corpus, write_manifest
+from elocute.corpus.corpus_store import Corpus, open_corpus, write_manifest
 from elocute.corpus.split import ClipEntry, Split
 from elocute.errors import CorpusError
 from elocute.files.array_writing import RowWriter, save_npy
-from elocute.files.atomic import write_atomically, write_folder_atomically
+from elocute.files.atomic import write_folder_atomically
 
 BLOCK_FRAMES = 120  # in memory at once of a clip that lies on disk
 FLAC_MAX_HZ = 655_350
@@ -129,8 +129,7 @@ class CorpusWriter:
     def close(self) -> None:
         """Write the header of the frames, and the manifest."""
         self._rows.close()
-        whole = replace(self._corpus, entries=tuple(self.entries), splits=self.splits)
-        write_manifest(self._corpus.folder, manifest_of(whole))
+        write_manifest(replace(self._corpus, entries=tuple(self.entries), splits=self.splits))
 
 
 @contextlib.contextmanager
@@ -197,26 +196,3 @@ def corpus_writer(
             raise
         writer.close()
         open_corpus(draft)  # refuse to leave behind what could not be read again
-
-
-def set_split(corpus: Corpus, name: str, split: Split) -> None:
-    """Store a split in the manifest of a corpus on disk.
-
-    Parameters
-    ----------
-    corpus : Corpus
-        The corpus, which stays as it is in memory.
-    name : str
-        Name of the split; one of that name is replaced.
-    split : Split
-        Names of its clips.
-
-    Raises
-    ------
-    OutputError
-        Where the manifest cannot be written.
-    """
-    record = manifest_of(corpus)
-    record["splits"][name] = split.parts()
-    with write_atomically(corpus.folder / "corpus.json") as draft:
-        write_manifest(draft.parent, record)

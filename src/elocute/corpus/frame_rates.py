@@ -19,23 +19,10 @@ def choose_frame_rate(
     given: float | None,
     notes: list[str],
 ) -> float:
-    """Choose the frame rate of motion that does not say it.
+    """The frame rate of motion that does not say it, by (frames, seconds of sound) of some clips.
 
-    Parameters
-    ----------
-    lengths : sequence of (int, float)
-        Frames, and seconds of sound, of some clips.
-    topology : Topology or None
-        The mesh, where it is known.
-    given : float or None
-        The rate that the user says; it is taken, with a note where another one fits.
-    notes : list of str
-        A line is appended that says what was assumed.
-
-    Returns
-    -------
-    float
-        Frames per second.
+    A rate that the user gives is taken, with a note where another one fits; `notes` gets a line
+    that says what was assumed.
     """
     measured = median(frames / seconds for frames, seconds in lengths) if lengths else None
     fitting = fitting_rate(measured, topology.rates if topology else (USUAL_FPS,))
@@ -59,19 +46,9 @@ def choose_frame_rate(
 
 
 def fitting_rate(measured: float | None, usual: Sequence[float] = ()) -> float | None:
-    """The known rate that is nearest to a measured one.
+    """The known rate that is nearest to a measured one; None where none is within `TOLERANCE`.
 
-    Parameters
-    ----------
-    measured : float or None
-        Frames per second.
-    usual : sequence of float
-        Rates that are tried before those of `KNOWN_FPS`.
-
-    Returns
-    -------
-    float or None
-        None where no rate is within `TOLERANCE`.
+    `usual` rates are tried before those of `KNOWN_FPS`.
     """
     if measured is None:
         return None

@@ -22,64 +22,30 @@ RIGID_SHARE = 0.3
 
 @dataclass(frozen=True, eq=False)
 class MotionRegions:
-    """Vertices that move most, and least, in a corpus.
+    """Vertices that move most, and least, in a corpus."""
 
-    Attributes
-    ----------
-    moving : (vertex,) int
-        Those that move most: the mouth.
-    steady : (vertex,) int
-        Those that move least.
-    """
-
-    moving: NDArray[np.integer]
-    steady: NDArray[np.integer]
+    moving: NDArray[np.integer]  # (vertex,) those that move most: the mouth
+    steady: NDArray[np.integer]  # (vertex,) those that move least
 
     __repr__ = one_line
 
 
 @dataclass(frozen=True, eq=False)
 class MotionFacts:
-    """Measurements of one clip's motion.
+    """Measurements of one clip's motion."""
 
-    Attributes
-    ----------
-    activity : (frame,) float64
-        Mean distance of the moving vertices from the template, mm.
-    broken : int or None
-        First frame that is not finite.
-    jump : int or None
-        Frame after the largest jump.
-    jump_mm : float
-        Its size, mm.
-    turned_deg, shifted_mm : float
-        Largest turn in degrees and shift in mm against the template.
-    posed : int
-        Frame that is turned and shifted most.
-    """
-
-    activity: Float64Array
-    broken: int | None = None
-    jump: int | None = None
-    jump_mm: float = 0.0
+    activity: Float64Array  # (frame,) mean distance of the moving vertices from the template, mm
+    broken: int | None = None  # first frame that is not finite
+    jump: int | None = None  # frame after the largest jump
+    jump_mm: float = 0.0  # its size, mm
+    # Largest turn in degrees and shift in mm against the template.
     turned_deg: float = 0.0
     shifted_mm: float = 0.0
-    posed: int = 0
+    posed: int = 0  # frame that is turned and shifted most
 
 
 def find_motion_regions(corpus: Corpus) -> MotionRegions:
-    """Find the vertices that move most and least within clips, from a sample of frames.
-
-    Parameters
-    ----------
-    corpus : Corpus
-        The corpus.
-
-    Returns
-    -------
-    MotionRegions
-        Vertex numbers, rising.
-    """
+    """Find the vertices that move most and least within clips, from a sample of frames."""
     spread = np.zeros(corpus.vertex_count)
     entries = corpus.entries
     for index in np.unique(np.linspace(0, len(entries) - 1, SAMPLE_CLIPS).round().astype(int)):
@@ -100,22 +66,7 @@ def sampled_frames(count: int) -> NDArray[np.integer]:
 
 
 def examine_motion(corpus: Corpus, name: str, regions: MotionRegions) -> MotionFacts:
-    """Measure a clip's motion in one pass, `BLOCK_FRAMES` at a time.
-
-    Parameters
-    ----------
-    corpus : Corpus
-        The corpus.
-    name : str
-        The clip.
-    regions : MotionRegions
-        Vertices of this corpus.
-
-    Returns
-    -------
-    MotionFacts
-        Of the clip; only `broken` where a frame is not finite.
-    """
+    """Measure a clip's motion in one pass; only `broken` is known where a frame is not finite."""
     activity, before, start = [], None, 0
     jump, jump_m = None, SPEED_MAX_M_S / corpus.fps
     for block in _blocks(corpus, name):

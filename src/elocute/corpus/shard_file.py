@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from elocute.corpus.word_clip import WordClip
 from elocute.errors import CorpusError, needs_extra
 from elocute.files.atomic import write_atomically
 from elocute.files.parquet_size import unpacked_bytes
-from elocute.files.reading import bytes_text, open_regular
+from elocute.files.reading import FileKind, bytes_text, file_sha256, open_regular
 from elocute.files.unpacked_size import UNPACKED_TIMES, unpacked_limit
 
 FILE_MAX_BYTES = 4_000_000_000
@@ -27,53 +26,24 @@ NUMBERS = ("start_s", "end_s", "fps", "confidence")
 
 @dataclass(frozen=True)
 class ShardEntry:
-    """A shard as the manifest lists it.
+    """A shard as the manifest lists it."""
 
-    Attributes
-    ----------
-    name : str
-        File name.
-    rows : int
-        Number of clips.
-    sha256 : str
-        SHA-256 of the file, hexadecimal.
-    """
-
-    name: str
-    rows: int
-    sha256: str
+    name: str  # file name
+    rows: int  # number of clips
+    sha256: str  # SHA-256 of the file, hexadecimal
 
 
 def pyarrow_parquet() -> Any:
-    """The module pyarrow.parquet, imported when it is needed.
-
-    Returns
-    -------
-    module
-        `pyarrow.parquet`.
-
-    Raises
-    ------
-    MachineError
-        Without pyarrow, with what to install.
-    """
+    """The module pyarrow.parquet, imported when needed; MachineError says what to install."""
     with needs_extra("reading shards", "wild"):
         import pyarrow.parquet
     return pyarrow.parquet
 
 
 def shard_schema(components: int) -> Any:
-    """The columns of a shard, as docs/conventions.md lists them.
+    """The columns of a shard (a pyarrow.Schema), as docs/conventions.md lists them.
 
-    Parameters
-    ----------
-    components : int
-        Parameters of a frame.
-
-    Returns
-    -------
-    pyarrow.Schema
-        `parameters` is a list of `components` floats for each frame.
+    `parameters` is a list of `components` floats for each frame.
     """
     pyarrow_parquet()
     import pyarrow as pa
@@ -93,32 +63,11 @@ def shard_schema(components: int) -> Any:
 
 
 def write_shard(path: str | Path, clips: Sequence[WordClip], components: int) -> ShardEntry:
-    """Write one shard, whole or not at all.
+    """Write one shard of clips with `components` parameters a frame, whole or not at all.
 
-    Workers that write a shard each give their entries to `shard_writing.write_manifest` at the end.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    clips : sequence of WordClip
-        Rows, one or more.
-    components : int
-        Parameters of a frame.
-
-    Returns
-    -------
-    ShardEntry
-        For the manifest.
-
-    Raises
-    ------
-    CorpusError
-        For no clip, or clips with another number of parameters.
-    OutputError
-        Where the file cannot be written.
-    MachineError
-        Without pyarrow.
+    Workers that write a shard each give their entries to `shards.write_manifest` at the end.
+    Raises CorpusError for no clip, or clips with another number of parameters, OutputError where
+    the file cannot be written, MachineError without pyarrow.
     """
     path = Path(path)
     if not clips:
@@ -133,7 +82,7 @@ def write_shard(path: str | Path, clips: Sequence[WordClip], components: int) ->
     with write_atomically(path) as draft:
         with draft.open("wb") as file:  # a path would have to be UTF-8
             pyarrow_parquet().write_table(_table(clips, components), file, compression="zstd")
-        digest = sha256_of(draft)
+        digest = file_sha256(draft, CorpusError)
     return ShardEntry(path.name, len(clips), digest)
 
 
@@ -156,50 +105,13 @@ def _table(clips: Sequence[WordClip], components: int) -> Any:
     return pa.Table.from_arrays(columns, schema=shard_schema(components))
 
 
-def sha256_of(path: Path) -> str:
-    """SHA-256 of a file, which is read in blocks.
-
-    Parameters
-    ----------
-    path : Path
-        A regular file.
-
-    Returns
-    -------
-    str
-        Hexadecimal.
-
-    Raises
-    ------
-    CorpusError
-        Where it cannot be read.
-    """
-    with open_regular(path, max_bytes=2**40, allowed="a file", error=CorpusError) as file:
-        return hashlib.file_digest(cast(Any, file), "sha256").hexdigest()
-
-
 def shard_fault(path: Path, entry: ShardEntry, components: int) -> str | None:
-    """Why a shard cannot be used.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    entry : ShardEntry
-        What the manifest says of it.
-    components : int
-        Parameters of a frame.
-
-    Returns
-    -------
-    str or None
-        None for a whole shard.
-    """
+    """Why a shard cannot be used by what the manifest says of it; None for a whole one."""
     if not path.is_file():
         return "no such file"
     if path.stat().st_size > FILE_MAX_BYTES:
         return "more than 4 GB"
-    if sha256_of(path) != entry.sha256:
+    if file_sha256(path, CorpusError) != entry.sha256:
         return "another checksum than the manifest's: truncated or altered"
     try:
         with _opened(path) as file:
@@ -213,24 +125,9 @@ def shard_fault(path: Path, entry: ShardEntry, components: int) -> str | None:
 
 
 def read_text_columns(path: Path, names: Sequence[str]) -> Iterator[dict[str, str]]:
-    """Read some text columns of all rows, with few rows in memory.
+    """Read some of the columns `TEXTS` row by row, with few rows in memory.
 
-    Parameters
-    ----------
-    path : Path
-        The shard.
-    names : sequence of str
-        Columns of `TEXTS`.
-
-    Yields
-    ------
-    dict of str to str
-        One for each row.
-
-    Raises
-    ------
-    CorpusError
-        Naming the row that cannot be used.
+    Raises CorpusError, naming the row that cannot be used.
     """
     row = 0
     for batch in _batches(path, names):
@@ -240,26 +137,9 @@ def read_text_columns(path: Path, names: Sequence[str]) -> Iterator[dict[str, st
 
 
 def read_clips(path: Path, components: int, split: str | None = None) -> Iterator[WordClip]:
-    """Read the rows one after another, with few in memory.
+    """Read the rows, all or of one split, one after another, with few in memory.
 
-    Parameters
-    ----------
-    path : Path
-        The shard.
-    components : int
-        Parameters of a frame.
-    split : str, optional
-        Only rows of this split.
-
-    Yields
-    ------
-    WordClip
-        One for each row.
-
-    Raises
-    ------
-    CorpusError
-        Naming the shard and the row that cannot be used.
+    Raises CorpusError, naming the shard and the row that cannot be used.
     """
     row = 0
     for batch in _batches(path):
@@ -299,7 +179,7 @@ def _opened(path: Path) -> Iterator[Any]:
 def _check_unpacked(path: Path) -> None:
     """Refuse what would take far more memory than the file. Raises CorpusError."""
     allowed = "a shard"
-    with open_regular(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=CorpusError) as file:
+    with open_regular(path, FileKind(allowed, FILE_MAX_BYTES, CorpusError)) as file:
         try:
             unpacked, size = unpacked_bytes(file), path.stat().st_size
         except ValueError as error:

@@ -10,9 +10,10 @@ folder that the reader names.
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -27,36 +28,18 @@ from elocute.corpus.shard_file import (
     shard_fault,
     write_shard,
 )
-from elocute.corpus.shard_writing import (
-    BASIS,
-    FORMAT,
-    MANIFEST,
-    VERSION,
-    DisjointSplits,
-    ShardWriter,
-    shard_writer,
-    write_manifest,
-)
 from elocute.corpus.word_clip import COMPONENTS_MAX, SPLITS, WordClip, is_inside
 from elocute.errors import CorpusError
-from elocute.files.json_records import read_record
-from elocute.files.reading import is_file
+from elocute.files.atomic import write_folder_atomically
+from elocute.files.json_records import read_record, write_record
+from elocute.files.reading import FileKind, is_file
 from elocute.motion.motion import Motion
-from elocute.motion.store import load_motion
+from elocute.motion.store import load_motion, save_motion
 from elocute.one_line_repr import one_line
 
-__all__ = [
-    "SPLITS",
-    "ShardEntry",
-    "ShardWriter",
-    "Shards",
-    "WordClip",
-    "open_shards",
-    "shard_writer",
-    "write_manifest",
-    "write_shard",
-]
-
+FORMAT, VERSION = "elocute-shards", 1
+MANIFEST, BASIS = "manifest.json", "basis.npz"
+ROWS = 1000
 MANIFEST_MAX_BYTES = 64_000_000
 SHARD_NAME_PATTERN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,119}\.parquet")
 SHA256 = re.compile(r"[0-9a-f]{64}")
@@ -248,7 +231,7 @@ def _read_manifest(folder: Path) -> tuple[int, list[ShardEntry], str]:
             remedy="make one: elocute propagate",
         )
     allowed = f"a manifest of shards, format {FORMAT}"
-    record = read_record(path, max_bytes=MANIFEST_MAX_BYTES, allowed=allowed, error=CorpusError)
+    record = read_record(path, FileKind(allowed, MANIFEST_MAX_BYTES, CorpusError))
     try:
         if record["format"] != FORMAT or record["version"] != VERSION:
             raise ValueError("another format or version")
@@ -287,3 +270,144 @@ def _shard_name(name: object) -> str:
     if not isinstance(name, str) or not SHARD_NAME_PATTERN.fullmatch(name):
         raise ValueError(f"shard {str(name)[:80]!r}")
     return name
+
+
+class ShardWriter:
+    """Takes clips and writes a shard for every so many; `shard_writer` makes one.
+
+    Parameters
+    ----------
+    folder : Path
+        An existing folder.
+    components : int
+        Parameters of a frame.
+    rows : int
+        Clips in a shard.
+
+    Attributes
+    ----------
+    entries : list of ShardEntry
+        Shards that were written.
+    """
+
+    def __init__(self, folder: Path, components: int, rows: int) -> None:
+        self.folder, self.components, self.rows = folder, components, rows
+        self.entries: list[ShardEntry] = []
+        self._waiting: list[WordClip] = []
+        self._splits = DisjointSplits()
+
+    def add(self, clip: WordClip) -> None:
+        """Append a clip.
+
+        Parameters
+        ----------
+        clip : WordClip
+            The clip.
+
+        Raises
+        ------
+        CorpusError
+            For a name that is there already, or a speaker that is in another split.
+        """
+        self._splits.add(clip.clip, clip.speaker, clip.split)
+        self._waiting.append(clip)
+        if len(self._waiting) >= self.rows:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write the clips that wait, however few."""
+        if self._waiting:
+            path = self.folder / f"words-{len(self.entries):05}.parquet"
+            self.entries.append(write_shard(path, self._waiting, self.components))
+            self._waiting.clear()
+
+
+@contextlib.contextmanager
+def shard_writer(
+    folder: str | Path, basis: Motion, *, note: str = "", rows: int = ROWS
+) -> Iterator[ShardWriter]:
+    """Write shards whose folder appears under its name only when the block ends without error.
+
+    Parameters
+    ----------
+    folder : str or Path
+        A new folder.
+    basis : Motion
+        On the head whose shapes the parameters weigh, as from `learn_blendshapes`.
+    note : str
+        Origin and licence, in words.
+    rows : int
+        Clips in a shard.
+
+    Yields
+    ------
+    ShardWriter
+        Takes the clips.
+
+    Raises
+    ------
+    OutputError
+        For a folder that exists, or a place that cannot be written.
+    CorpusError
+        Where nothing was added.
+    """
+    if rows < 1:
+        raise CorpusError.about("rows", found=str(rows), allowed="1 or more")
+    with write_folder_atomically(folder) as draft:
+        writer = ShardWriter(draft, len(basis.names), rows)
+        yield writer
+        writer.flush()
+        write_manifest(draft, writer.entries, basis, note)
+
+
+def write_manifest(
+    folder: Path, entries: Sequence[ShardEntry], basis: Motion, note: str = ""
+) -> None:
+    """Write the manifest of shards that lie in a folder, and the basis beside it.
+
+    The basis is a motion on the head whose shapes the parameters weigh; the note has origin and
+    licence, in words. Raises CorpusError for no shard, OutputError where a file cannot be written.
+    """
+    if not entries:
+        raise CorpusError.about(folder, found="no clip", allowed="one or more")
+    save_motion(basis, folder / BASIS)
+    record = {
+        "format": FORMAT,
+        "version": VERSION,
+        "components": len(basis.names),
+        "note": note,
+        "shards": [asdict(entry) for entry in entries],
+    }
+    write_record(folder / MANIFEST, record, indent=1)
+
+
+class DisjointSplits:
+    """Clips that were seen and the split of each speaker, to find what is there twice."""
+
+    def __init__(self) -> None:
+        self._clips: set[str] = set()
+        self._split_of: dict[str, str] = {}
+
+    def add(self, clip: str, speaker: str, split: str) -> None:
+        """Note a clip.
+
+        Parameters
+        ----------
+        clip, speaker, split : str
+            Their names.
+
+        Raises
+        ------
+        CorpusError
+            For a clip that was noted before, or a speaker that was noted in another split.
+        """
+        if clip in self._clips:
+            raise CorpusError.about(f"clip {clip}", found="there twice", allowed="each clip once")
+        self._clips.add(clip)
+        known = self._split_of.setdefault(speaker, split)
+        if known != split:
+            raise CorpusError.about(
+                f"speaker {speaker}",
+                found=f"in {known} and in {split}",
+                allowed="each speaker in one split",
+            )

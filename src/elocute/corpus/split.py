@@ -103,20 +103,7 @@ def split_by_subject(
 
 
 def find_leaks(entries: Sequence[ClipEntry], split: Split) -> list[str]:
-    """Find what the parts of a split share.
-
-    Parameters
-    ----------
-    entries : sequence of ClipEntry
-        Clips of the corpus.
-    split : Split
-        A split of them.
-
-    Returns
-    -------
-    list of str
-        A line for each subject, sentence, or text under two names.
-    """
+    """What the parts of a split share, a line each: subjects, sentences, texts under two names."""
     by_name = {entry.name: entry for entry in entries}
     where: dict[tuple[str, str], set[str]] = {}
     for part, names in split.parts().items():

@@ -14,34 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import CorpusError
-from elocute.files.reading import read_text
+from elocute.files.reading import FileKind, read_text
 
 ASSETS = Path(__file__).parent / "assets"
-LIST_MAX_BYTES = 1_000_000
+LIST_FILE = FileKind("a list", 1_000_000, CorpusError)
 
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """A mesh of several corpora.
+    """A mesh of several corpora."""
 
-    Attributes
-    ----------
-    name : str
-        As in a corpus's manifest.
-    title : str
-        For people.
-    vertices : int
-        Their number, by which the mesh is recognised.
-    rates : tuple of float
-        Frames per second that folders of it have, the usual one first.
-    published : dict of str to str
-        Regions of vertices (`lips`, `upper_face`), and where each was published.
-    """
-
-    name: str
-    title: str
-    vertices: int
-    rates: tuple[float, ...]
+    name: str  # as in a corpus's manifest
+    title: str  # for people
+    vertices: int  # their number, by which the mesh is recognised
+    rates: tuple[float, ...]  # frames per second that folders of it have, the usual one first
+    # Regions of vertices (`lips`, `upper_face`), and where each was published.
     published: dict[str, str]
 
 
@@ -63,18 +50,7 @@ TOPOLOGIES = (FLAME, BIWI)
 
 
 def topology_of(vertices: int) -> Topology | None:
-    """The known mesh with a number of vertices.
-
-    Parameters
-    ----------
-    vertices : int
-        Their number.
-
-    Returns
-    -------
-    Topology or None
-        None for an unknown mesh.
-    """
+    """The known mesh with a number of vertices, or None."""
     return next((known for known in TOPOLOGIES if known.vertices == vertices), None)
 
 
@@ -104,7 +80,7 @@ def published_indices(topology: Topology, which: str) -> NDArray[np.int64]:
             f"vertex list {which!r}", found="unknown", allowed=", ".join(topology.published)
         )
     path = ASSETS / f"{topology.name}_{which}.txt"
-    text = read_text(path, max_bytes=LIST_MAX_BYTES, allowed="a list", error=CorpusError)
+    text = read_text(path, LIST_FILE)
     indices = np.array(text.split(), np.int64)
     indices.setflags(write=False)
     return indices

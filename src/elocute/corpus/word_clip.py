@@ -110,18 +110,7 @@ class WordClip:
 
 
 def is_inside(audio: str) -> bool:
-    """Whether a name stays below the folder that it is looked up in, on any system.
-
-    Parameters
-    ----------
-    audio : str
-        A relative path with / between folders.
-
-    Returns
-    -------
-    bool
-        False for anything else.
-    """
+    """Whether a name with / between folders stays below the folder it is looked up in, anywhere."""
     if not audio or len(audio) > AUDIO_MAX or "\\" in audio or ":" in audio:
         return False
     path = PurePosixPath(audio)

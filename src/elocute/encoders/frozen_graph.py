@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from elocute.errors import InputError
 from elocute.files.protobuf import BYTES, Value, read_fields, read_varints
-from elocute.files.reading import read_bytes
+from elocute.files.reading import FileKind, read_bytes
 
 FILE_MAX_BYTES = 2**31 - 1  # the limit of protocol buffers themselves
 NODES_MAX = 20_000  # DeepSpeech has some hundreds
@@ -58,7 +58,7 @@ class FrozenGraph:
 def read_frozen_graph(path: str | Path) -> FrozenGraph:
     """Read a `.pb` file's nodes. Raises InputError for a file that is not a GraphDef."""
     path = Path(path)
-    data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed="a frozen graph (.pb)")
+    data = read_bytes(path, FileKind("a frozen graph (.pb)", FILE_MAX_BYTES))
     try:
         return FrozenGraph(path, _nodes(memoryview(data)))
     except ValueError as error:

@@ -27,6 +27,7 @@ from elocute.encoders.protocol import (
 )
 from elocute.errors import InputError
 from elocute.files.json_records import read_record
+from elocute.files.reading import FileKind
 
 HOP = 320  # samples per frame: 20 ms
 RECEPTIVE = 400  # samples that one frame needs
@@ -34,7 +35,7 @@ BLOCK_FRAMES = 1500
 CONTEXT_FRAMES = 250
 """Attention's memory grows with the square of the length, so sound of more than 30 s is read in
 blocks of 30 s that see 5 s more on either side."""
-JSON_MAX_BYTES = 1_000_000
+SETTINGS_FILE = FileKind("transformers' settings, as JSON", 1_000_000)
 # What a folder may ask for: the largest published has 48 layers of 1920.
 LARGEST = {
     "hidden_size": 8192,
@@ -228,4 +229,4 @@ def _check_weights(folder: Path, least: int) -> None:
 
 
 def _read_json(path: Path) -> dict[str, Any]:
-    return read_record(path, max_bytes=JSON_MAX_BYTES, allowed="transformers' settings, as JSON")
+    return read_record(path, SETTINGS_FILE)

@@ -16,7 +16,12 @@ import numpy as np
 from elocute.array_types import Float32Array
 from elocute.encoders.protocol import WEIGHTS_MAX_BYTES
 from elocute.errors import InputError, MachineError
+from elocute.files.reading import FileKind
 from elocute.files.safetensors_header import read_tensor_header
+
+WEIGHTS_FILE = FileKind(
+    "a whole safetensors file", WEIGHTS_MAX_BYTES, remedy="download or copy it again"
+)
 
 # kind: transformers' names of the configuration and of the network.
 CLASSES = {
@@ -88,12 +93,7 @@ def _read_weights(path: Path) -> dict[str, Any]:
     import safetensors
     from safetensors.torch import load_file
 
-    read_tensor_header(
-        path,
-        max_bytes=WEIGHTS_MAX_BYTES,
-        allowed="a whole safetensors file",
-        remedy="download or copy it again",
-    )
+    read_tensor_header(path, WEIGHTS_FILE)
     try:
         return {_present_name(name): array for name, array in load_file(path).items()}
     except (safetensors.SafetensorError, OSError, ValueError, KeyError) as error:

@@ -23,10 +23,11 @@ from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import ModelError
 from elocute.files.json_records import parse_json
 from elocute.files.onnx_session import open_session
+from elocute.files.reading import FileKind
 
 KIND = "trunk"
 SHIPPED_PATH = Path(__file__).parent / "assets" / "trunk.onnx"
-FILE_MAX_BYTES = 64_000_000
+TRUNK_FILE = FileKind("a trunk", 64_000_000, ModelError)
 MOUTH_FIELDS = ("opening", "width", "protrusion", "jaw", "upper_lip", "lower_lip", "shut")
 """Deviations from a person's mean; whether the lips are shut as a logit."""
 ROW_SAMPLES = round(SPEECH_RATE / FEATURE_RATE)
@@ -79,9 +80,7 @@ class TrunkNetwork:
     @cached_property
     def session(self) -> Any:
         """Of onnxruntime."""
-        return self._opened or open_session(
-            self.path, max_bytes=FILE_MAX_BYTES, allowed="a trunk", error=ModelError
-        )
+        return self._opened or open_session(self.path, TRUNK_FILE)
 
     @cached_property
     def record(self) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.importers.folder import read_vertices, subject_and_sentence
 from elocute.corpus.importers.foreign_arrays import checked_templates
 from elocute.corpus.importers.frame_gaps import check_finite
-from elocute.corpus.importers.published_splits import (
+from elocute.corpus.importers.split_choice import (
     BIWI_PARTS,
     BIWI_SEEN,
     VOCASET_OWN_SENTENCES,

@@ -21,6 +21,7 @@ from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import AlignmentError
 from elocute.evaluation.path_errors import TimeSpan, true_path
 from elocute.files.json_records import read_record
+from elocute.files.reading import FileKind
 from elocute.one_line_repr import one_line
 
 PhoneSpan = tuple[float, float, str]
@@ -191,7 +192,7 @@ def read_phone_times(path: Path) -> tuple[tuple[PhoneSpan, ...], TimeSpan | None
         For a file that is missing or invalid.
     """
     allowed = '{"phones": [[start_s, end_s, phone], …]}'
-    record = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=AlignmentError)
+    record = read_record(path, FileKind(allowed, FILE_MAX_BYTES, AlignmentError))
     try:
         phones = tuple((float(a), float(b), str(c)) for a, b, c in record["phones"])
         span = record.get("word")

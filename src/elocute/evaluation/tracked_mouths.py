@@ -23,6 +23,7 @@ from elocute.corpus.importers.grid import FIELDS_MAX_BYTES
 from elocute.errors import InputError
 from elocute.files.array_reading import read_npz
 from elocute.files.json_records import finite_number, parse_json, read_record
+from elocute.files.reading import FileKind
 from elocute.one_line_repr import one_line
 from elocute.speech.times.read import read_speech_times
 
@@ -33,6 +34,7 @@ OFFSET_MAX_S = 1.0
 TRACKED_FIELDS = ("t", "inner_opening_mean", "lip_width", "valid")
 FIELDS = frozenset((*TRACKED_FIELDS, "protrusion", "words"))
 ALLOWED = "a short recording with the fields of grid_s1"
+FIELDS_FILE = FileKind(ALLOWED, FIELDS_MAX_BYTES)
 
 
 @dataclass(frozen=True)
@@ -145,7 +147,7 @@ def _manifest(folder: Path) -> dict[str, TrackedClip] | None:
     if not path.is_file():
         return None
     allowed = "a manifest of talkers: clips with id, speaker and language"
-    record = read_record(path, max_bytes=MANIFEST_MAX_BYTES, allowed=allowed)
+    record = read_record(path, FileKind(allowed, MANIFEST_MAX_BYTES))
     clips = record.get("clips")
     if not isinstance(clips, list) or not all(isinstance(clip, dict) for clip in clips):
         raise InputError.about(path, found="no list of clips", allowed=allowed)
@@ -191,7 +193,7 @@ def read_tracked_mouth(clip: TrackedClip | Path) -> TrackedMouth:
     sound = next((s for s in (path.with_suffix(x) for x in SOUNDS) if s.is_file()), None)
     if sound is None:
         raise InputError.about(path, found="no sound beside it", allowed=" ".join(SOUNDS))
-    fields = read_npz(path, max_bytes=FIELDS_MAX_BYTES, allowed=ALLOWED, only=FIELDS)
+    fields = read_npz(path, FIELDS_FILE, only=FIELDS)
     try:
         times_s, opening, width, valid = (
             np.asarray(fields[name], float) for name in TRACKED_FIELDS

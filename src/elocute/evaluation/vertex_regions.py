@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from elocute.corpus.topologies import Topology, published_indices
 from elocute.errors import CorpusError, InputError
 from elocute.files.array_reading import read_npy, read_npz
-from elocute.files.json_records import INTEGER_MAX_DIGITS, parse_json
+from elocute.files.json_records import INTEGER_MAX_DIGITS, read_json
 from elocute.files.picked_points import PICKED_SUFFIX, picked_points
 from elocute.files.pickles.closed_pickle import read_pickle
-from elocute.files.reading import read_bytes, read_text
+from elocute.files.reading import FileKind, read_text
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import one_line
@@ -26,6 +26,7 @@ FILE_MAX_BYTES = 16_000_000
 HASH_DIGITS = 12
 BUILTIN_REGIONS = ("lips", "upper_face", "eyes")
 ALLOWED = "vertex numbers (.json, .txt, .npy), regions by name (.pkl, .npz), or picked points (.pp)"
+REGIONS_FILE = FileKind(ALLOWED, FILE_MAX_BYTES, CorpusError)
 PICKED_OFF_SHARE = 0.02
 """A picked point may lie so far off the mesh, as a share of its size."""
 
@@ -213,7 +214,7 @@ def _picked(path: Path, template: NDArray[np.floating] | None) -> NDArray[np.int
     """The vertices nearest to points that were picked. Raises CorpusError for points elsewhere."""
     if template is None:
         raise CorpusError.about(path, found="picked points", allowed="with a mesh beside them")
-    text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+    text = read_text(path, REGIONS_FILE)
     rows = [row for row in picked_points(text, path) if row is not None]
     if not rows:
         raise CorpusError.about(path, found="no picked points", allowed=ALLOWED)
@@ -245,13 +246,12 @@ def _check(path: Path, numbers: NDArray[Any], vertex_count: int) -> None:
 
 
 def _from_json(path: Path) -> Any:
-    data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
-    return parse_json(data, path, allowed=ALLOWED, error=CorpusError)
+    return read_json(path, REGIONS_FILE)
 
 
 def _from_text(path: Path) -> NDArray[Any]:
     """Whole numbers with white space or commas between them."""
-    text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+    text = read_text(path, REGIONS_FILE)
     words = text.replace(",", " ").split()
     for word in words:
         digits = word.removeprefix("-")
@@ -261,11 +261,11 @@ def _from_text(path: Path) -> NDArray[Any]:
 
 
 def _from_npy(path: Path) -> NDArray[Any]:
-    return read_npy(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+    return read_npy(path, REGIONS_FILE)
 
 
 def _from_npz(path: Path) -> dict[str, NDArray[Any]]:
-    return read_npz(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+    return read_npz(path, REGIONS_FILE)
 
 
 def _from_pickle(path: Path) -> Any:

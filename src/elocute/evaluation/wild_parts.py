@@ -20,6 +20,7 @@ from elocute.corpus.shards import Shards
 from elocute.corpus.word_clip import SENTENCE
 from elocute.errors import CorpusError, InputError
 from elocute.files.json_records import read_record
+from elocute.files.reading import FileKind
 from elocute.training.crnn.feature_cache import CachedClip, FeatureCache, at_rate
 from elocute.training.crnn.settings import CrnnTrainConfig
 from elocute.training.crnn.training_data import training_clips
@@ -32,8 +33,8 @@ TRAINING_CONTENTS = {
 }
 MEASURED = ("validation", "test", "participant")
 HELD_OUT = 10  # one word in so many is kept from training, as 50 of 500
-SPLIT_MAX_BYTES = 16_000_000
 SPLIT_ALLOWED = 'JSON with {"words": {"held_out": ["word", …]}}'
+SPLIT_FILE = FileKind(SPLIT_ALLOWED, 16_000_000)
 
 
 @dataclass(frozen=True)
@@ -154,7 +155,7 @@ def read_held_out(path: str | Path) -> tuple[str, ...]:
     InputError
         For a file without them.
     """
-    record = read_record(path, max_bytes=SPLIT_MAX_BYTES, allowed=SPLIT_ALLOWED)
+    record = read_record(path, SPLIT_FILE)
     words = record.get("words")
     held = words.get("held_out") if isinstance(words, dict) else None
     if not isinstance(held, list) or not held or not all(isinstance(w, str) for w in held):

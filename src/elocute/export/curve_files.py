@@ -28,7 +28,7 @@ from elocute.export.arkit_csv import COLUMNS, POSE_COLUMNS, SIXTIETHS
 from elocute.export.curves_json import curves_of_record, rotations_of_record
 from elocute.files.array_reading import read_npy
 from elocute.files.json_records import finite_number, parse_json
-from elocute.files.reading import open_regular, read_text
+from elocute.files.reading import FileKind, open_regular, read_text
 from elocute.head.model import HeadModel
 from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.motion.curves import ARKIT_NAMES, Curves
@@ -37,7 +37,7 @@ from elocute.numerics.quaternions import from_axis_angle
 
 SUFFIXES = (".csv", ".json", ".jsonl", ".npy")
 ALLOWED = "curves: Live Link Face .csv, ARKit weights, Audio2Face or Azure .json, our own"
-BYTES_MAX = 200_000_000
+CURVES_FILE = FileKind(ALLOWED, 200_000_000, MotionError)
 FRAMES_MAX = 5_000_000
 VALUE_MAX = 1e6
 OURS = "elocute"
@@ -152,7 +152,7 @@ def read_curves(path: str | Path, fps: float | None = None) -> CurveFile:
     elif suffix == ".npy":
         table = _npy_table(path)
     else:
-        text = read_text(path, max_bytes=BYTES_MAX, allowed=ALLOWED, error=MotionError)
+        text = read_text(path, CURVES_FILE)
         record = _parsed(path, text)
         if isinstance(record, dict) and str(record.get("format")).startswith(OURS):
             return CurveFile(curves_of_record(path, record), record=record)
@@ -254,7 +254,7 @@ def _nearest_rate(rate: float, times: Float64Array) -> float:
 
 
 def _csv_table(path: Path) -> _Table:
-    with open_regular(path, max_bytes=BYTES_MAX, allowed=ALLOWED, error=MotionError) as file:
+    with open_regular(path, CURVES_FILE) as file:
         lines = io.TextIOWrapper(file, encoding="utf-8-sig", errors="replace", newline="")
         try:
             first = lines.readline(100_000)
@@ -340,7 +340,7 @@ def _in_seconds(times: Float64Array) -> Float64Array | None:
 
 
 def _npy_table(path: Path) -> _Table:
-    rows = read_npy(path, max_bytes=BYTES_MAX, allowed=ALLOWED, error=MotionError)
+    rows = read_npy(path, CURVES_FILE)
     if rows.ndim != 2 or rows.shape[1] not in WIDTHS or rows.dtype.kind not in "fiu":
         found = f"{rows.dtype} of shape {rows.shape}"
         raise MotionError.about(path, found=found, allowed=f"(frame, {_widths()}) weights")

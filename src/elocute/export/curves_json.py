@@ -20,13 +20,14 @@ from numpy.typing import NDArray
 from elocute.errors import MotionError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import finite_number, read_record
+from elocute.files.reading import FileKind
 from elocute.motion.curves import Curves
 from elocute.motion.motion import FPS_MAX, Motion
 from elocute.one_line_repr import brief
 
 FORMAT, VERSION = "elocute curves", 1
 ALLOWED = "curves as `elocute animate -o NAME.json` writes them"
-BYTES_MAX = 100_000_000
+CURVES_FILE = FileKind(ALLOWED, 100_000_000, MotionError)
 NAMES_MAX = 10_000
 
 
@@ -138,7 +139,7 @@ def _flat(turns: Any) -> list[Any]:
 
 
 def _record(path: str | Path) -> dict[str, Any]:
-    record = read_record(path, max_bytes=BYTES_MAX, allowed=ALLOWED, error=MotionError)
+    record = read_record(path, CURVES_FILE)
     _check_format(path, record)
     return record
 

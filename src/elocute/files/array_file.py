@@ -14,10 +14,9 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.errors import InputError
 from elocute.files.array_reading import fill_array
 from elocute.files.npy_header import UnusableArrayError, array_errors, check_size, read_npy_header
-from elocute.files.reading import open_regular
+from elocute.files.reading import FileKind, open_regular
 
 _SEEKING = threading.Lock()
 
@@ -33,33 +32,19 @@ class ArrayFile:
     ----------
     path : str or Path
         The file, of one axis or more; row after row is read fastest.
-    allowed, remedy : str
-        What kind of file is wanted, and how to get one; both appear in the error message.
-    error : type of InputError
-        The class to raise.
+    kind : FileKind
+        What it may be; of any size (`ANY_BYTES`), as little of it is read at once.
 
     Raises
     ------
     InputError
-        Of the class `error`, for a file that is missing, damaged or something else; also when
+        Of the kind's class, for a file that is missing, damaged or something else; also when
         rows are read and the file has been cut short.
     """
 
-    def __init__(
-        self,
-        path: str | Path,
-        *,
-        allowed: str,
-        error: type[InputError] = InputError,
-        remedy: str = "",
-    ) -> None:
-        self.path, self._allowed, self._error = Path(path), allowed, error
-        with (
-            open_regular(
-                path, max_bytes=2**62, allowed=allowed, error=error, remedy=remedy
-            ) as file,
-            array_errors(path, allowed, error, remedy),
-        ):
+    def __init__(self, path: str | Path, kind: FileKind) -> None:
+        self.path, self._kind = Path(path), kind
+        with open_regular(path, kind) as file, array_errors(path, kind):
             self._header = read_npy_header(file)
             self._start = file.tell()
             if not self._header.shape:
@@ -107,18 +92,7 @@ class ArrayFile:
         return self._rows(place, 1)[0]
 
     def part(self, start: int, stop: int) -> ArrayFile:
-        """Some rows as an ArrayFile of their own; nothing is read.
-
-        Parameters
-        ----------
-        start, stop : int
-            The first row and the one behind the last, cut to the array as a slice is.
-
-        Returns
-        -------
-        ArrayFile
-            A view of the same file.
-        """
+        """The rows of a slice as an ArrayFile of their own, a view of the file; nothing is read."""
         start, stop, _ = slice(start, stop).indices(len(self))
         result = copy.copy(self)
         step = self.dtype.itemsize if self._header.by_columns else self._row_bytes
@@ -164,13 +138,10 @@ class ArrayFile:
         """Fill rows with those of the file from `first` on."""
         try:
             if not self._filled(rows, first):
-                raise self._error.about(
-                    self.path, found="cut short while it was read", allowed=self._allowed
-                )
+                raise self._kind.unusable(self.path, "cut short while it was read")
         except OSError as problem:
-            raise self._error.about(
-                self.path, found=f"cannot be read ({problem.strerror})", allowed=self._allowed
-            ) from problem
+            found = f"cannot be read ({problem.strerror})"
+            raise self._kind.unusable(self.path, found) from problem
 
     def _filled(self, rows: NDArray[Any], first: int) -> bool:
         """False where the file ends early."""

@@ -11,7 +11,6 @@ from typing import Any, BinaryIO, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.errors import InputError
 from elocute.files.npy_header import (
     NpyHeader,
     UnusableArrayError,
@@ -19,7 +18,7 @@ from elocute.files.npy_header import (
     check_size,
     read_npy_header,
 )
-from elocute.files.reading import bytes_text, open_regular
+from elocute.files.reading import FileKind, bytes_text, open_regular
 from elocute.files.unpacked_size import unpacked_limit
 
 ENTRIES_MAX = 10_000
@@ -28,84 +27,27 @@ DIRECTORY_MAX_BYTES = 4_000_000
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
-def read_npy(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = InputError,
-    remedy: str = "",
-) -> NDArray[Any]:
-    """Read the array of a .npy into memory.
+def read_npy(path: str | Path, kind: FileKind) -> NDArray[Any]:
+    """Read the array of a .npy into memory, in the machine's byte order.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    max_bytes : int
-        Largest size of the file, bytes.
-    allowed, remedy : str
-        What kind of file is wanted, and how to get one; both appear in the error message.
-    error : type of InputError
-        The class to raise.
-
-    Returns
-    -------
-    array
-        Numbers, truth values or text, in the machine's byte order.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a file that is missing, larger, damaged, or holds anything else.
+    Raises the kind's error for a file that is missing, larger, damaged, or holds anything but
+    numbers, truth values or text.
     """
-    with (
-        open_regular(
-            path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy
-        ) as file,
-        array_errors(path, allowed, error, remedy),
-    ):
+    with open_regular(path, kind) as file, array_errors(path, kind):
         header = read_npy_header(file)
         check_size(file, header)
         return _numbers(file, header)
 
 
 def read_npz(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = InputError,
-    remedy: str = "",
-    only: frozenset[str] | None = None,
+    path: str | Path, kind: FileKind, only: frozenset[str] | None = None
 ) -> dict[str, NDArray[Any]]:
-    """Read the arrays of an .npz into memory.
+    """Read the arrays of an .npz into memory, all or `only` some, by name.
 
-    Parameters
-    ----------
-    path, max_bytes, allowed, error, remedy
-        As for `read_npy`.
-    only : frozenset of str, optional
-        Names of the arrays to unpack; all by default.
-
-    Returns
-    -------
-    dict
-        Arrays by name: numbers, truth values or text, never objects.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a file that is missing, larger, damaged, unpacks to far more
-        than its size, or holds anything but arrays.
+    They are numbers, truth values or text, never objects. Raises the kind's error for a file that
+    is missing, larger, damaged, unpacks to far more than its size, or holds anything but arrays.
     """
-    with (
-        open_regular(
-            path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy
-        ) as file,
-        array_errors(path, allowed, error, remedy),
-        _archive(file) as archive,
-    ):
+    with open_regular(path, kind) as file, array_errors(path, kind), _archive(file) as archive:
         entries = archive.infolist()
         _check_entries(entries, os.fstat(file.fileno()).st_size)
         names = {entry.filename.removesuffix(".npy"): entry for entry in entries}
@@ -113,52 +55,17 @@ def read_npz(
         return {name: _unpacked(archive, entry) for name, entry in chosen.items()}
 
 
-def npz_names(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = InputError,
-) -> frozenset[str]:
+def npz_names(path: str | Path, kind: FileKind) -> frozenset[str]:
     """The names of the arrays in an .npz, of which none is read.
 
-    Parameters
-    ----------
-    path, max_bytes, allowed, error
-        As for `read_npy`.
-
-    Returns
-    -------
-    frozenset of str
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a file that is missing, larger or no archive.
+    Raises the kind's error for a file that is missing, larger or no archive.
     """
-    with (
-        open_regular(path, max_bytes=max_bytes, allowed=allowed, error=error) as file,
-        array_errors(path, allowed, error, ""),
-        _archive(file) as archive,
-    ):
+    with open_regular(path, kind) as file, array_errors(path, kind), _archive(file) as archive:
         return frozenset(name.removesuffix(".npy") for name in archive.namelist())
 
 
 def fill_array(file: Any, array: NDArray[Any]) -> bool:
-    """Read bytes into an array until it is full.
-
-    Parameters
-    ----------
-    file : binary file
-        Read from where it stands.
-    array : array
-        Contiguous, of any shape and type.
-
-    Returns
-    -------
-    bool
-        False where the file ends before the array is full.
-    """
+    """Fill a contiguous array from where a file stands; False where the file ends before."""
     view, done = array.reshape(-1).view(np.uint8).data, 0
     while done < len(view):
         got = file.readinto(view[done:])

@@ -21,21 +21,9 @@ from elocute.files.npy_header import MAGIC
 def write_npz(
     path: str | Path, arrays: Mapping[str, NDArray[Any]], *, compressed: bool = False
 ) -> None:
-    """Write arrays to an .npz, whole or not at all.
+    """Write arrays by name to an .npz, whole or not at all, deflated where `compressed`.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file; one of that name is replaced.
-    arrays : mapping of str to array
-        Arrays by name.
-    compressed : bool
-        Whether to deflate them.
-
-    Raises
-    ------
-    OutputError
-        Where the file cannot be written.
+    Raises OutputError where the file cannot be written.
     """
     save = np.savez_compressed if compressed else np.savez
     with write_atomically(path) as draft, draft.open("wb") as file:

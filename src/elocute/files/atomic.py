@@ -38,21 +38,8 @@ _DRAFT = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<pid>[0-9]{1,10})-\w+\.part$", 
 def check_output(path: str | Path) -> Path:
     """Check that a file or folder can be written, before anything is computed for it.
 
-    Parameters
-    ----------
-    path : str or Path
-        The output.
-
-    Returns
-    -------
-    Path
-        The same.
-
-    Raises
-    ------
-    OutputError
-        Where its folder is missing or denies writing, the name cannot exist, or a device, a pipe or
-        a socket is there, which a rename would replace for everybody.
+    Raises OutputError where its folder is missing or denies writing, the name cannot exist, or a
+    device, a pipe or a socket is there, which a rename would replace for everybody.
     """
     path = path_of(path, OutputError)
     folder = path.parent
@@ -90,23 +77,10 @@ def check_output(path: str | Path) -> Path:
 def write_atomically(path: str | Path) -> Iterator[Path]:
     """Write a file that appears under its name only when the block ends without error.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file; one of that name is replaced.
-
-    Yields
-    ------
-    Path
-        Where to write: a file beside `path` with the same name, since writers choose formats by the
-        suffix. It is synced to disk before it takes its place, and removed where the block fails or
-        is interrupted.
-
-    Raises
-    ------
-    OutputError
-        As `check_output`; for a folder; where the disk refuses or is full; and, in a block of
-        `unchanged`, where something else was written there in the meantime.
+    Yields where to write: a file beside `path` with the same name, since writers choose formats by
+    the suffix. It is synced to disk before it takes its place, and removed where the block fails or
+    is interrupted. Raises OutputError as `check_output`; for a folder; where the disk refuses or is
+    full; and, in a block of `unchanged`, where something else was written there in the meantime.
     """
     path = check_output(path)
     if path.is_dir():
@@ -196,20 +170,8 @@ def _state(path: Path) -> tuple[int, int, int, int] | None:
 def write_folder_atomically(path: str | Path) -> Iterator[Path]:
     """Write a folder that appears under its name only when the block ends without error.
 
-    Parameters
-    ----------
-    path : str or Path
-        The folder; an existing one is refused, never emptied.
-
-    Yields
-    ------
-    Path
-        The folder to write into, beside `path`.
-
-    Raises
-    ------
-    OutputError
-        As `check_output`; for a name that exists; and where the disk refuses or is full.
+    Yields the folder to write into, beside `path`. Raises OutputError as `check_output`; for a name
+    that exists, which is never emptied; and where the disk refuses or is full.
     """
     path = check_output(path)
     if os.path.lexists(path):
@@ -231,17 +193,8 @@ def write_folder_atomically(path: str | Path) -> Iterator[Path]:
 def moved_aside(path: Path) -> Iterator[None]:
     """Move a folder out of the way until the block has written another one in its place.
 
-    It is moved back where the block fails, and by the next run where this one is killed.
-
-    Parameters
-    ----------
-    path : Path
-        An existing folder.
-
-    Raises
-    ------
-    OutputError
-        Where it cannot be moved, or not moved back; it is then kept beside its place.
+    It is moved back where the block fails, and by the next run where this one is killed. Raises
+    OutputError where it cannot be moved, or not moved back; it is then kept beside its place.
     """
     with _draft_folder(path) as room:
         before = room / BEFORE / path.name
@@ -302,20 +255,10 @@ def _draft_folder(path: Path) -> Iterator[Path]:
 
 
 def remove_stale_drafts(folder: Path) -> list[Path]:
-    """Remove what runs that were killed left in a folder.
+    """Remove what runs that were killed left in a folder; the drafts that were removed.
 
     A draft is stale when its process, on this machine since it last started, has ended, or after
-    `STALE_DAYS`.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder; nothing is done where it cannot be read.
-
-    Returns
-    -------
-    list of Path
-        Drafts that were removed.
+    `STALE_DAYS`. Nothing is done where the folder cannot be read.
     """
     removed = []
     with contextlib.suppress(OSError), os.scandir(folder) as entries:

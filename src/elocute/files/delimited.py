@@ -12,24 +12,12 @@ DELIMITERS = ",;\t"
 
 @dataclass(frozen=True)
 class DelimitedTable:
-    """A table, not read yet.
+    """A table, not read yet."""
 
-    Parameters
-    ----------
-    names : tuple of str
-        Its first row, in small letters, with _ for spaces.
-    delimiter : str
-        What parts its cells.
-    body : str
-        The rows below the names.
-    skipped : int
-        Rows before the first of the body.
-    """
-
-    names: tuple[str, ...]
-    delimiter: str
-    body: str
-    skipped: int
+    names: tuple[str, ...]  # its first row, in small letters, with _ for spaces
+    delimiter: str  # what parts its cells
+    body: str  # the rows below the names
+    skipped: int  # rows before the first of the body
 
     @classmethod
     def of(cls, text: str) -> DelimitedTable:

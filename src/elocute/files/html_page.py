@@ -9,25 +9,16 @@ from typing import Any
 
 
 def filled_page(page: str, parts: dict[str, str]) -> list[str]:
-    """A page with its marks replaced, as pieces to be joined or written one by one.
+    """A page with its marks, such as "@TITLE@", replaced, as pieces to be joined or written.
 
-    Parameters
-    ----------
-    page : str
-        With marks such as "@TITLE@".
-    parts : dict of str to str
-        What stands for each mark; it is never searched for marks itself.
-
-    Returns
-    -------
-    list of str
+    What stands for a mark is never searched for marks itself.
     """
     pieces, rest = [], page
     while rest:
-        found = [(rest.index(mark), mark) for mark in parts if mark in rest]
-        if not found:
+        marks = [(rest.index(mark), mark) for mark in parts if mark in rest]
+        if not marks:
             return [*pieces, rest]
-        place, mark = min(found)
+        place, mark = min(marks)
         pieces += [rest[:place], parts[mark]]
         rest = rest[place + len(mark) :]
     return pieces

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 from elocute.errors import InputError
 from elocute.files.atomic import write_atomically
-from elocute.files.reading import bytes_text, read_bytes
+from elocute.files.reading import FileKind, bytes_text, read_bytes
 
 MEMORY_MAX_BYTES = 1_000_000_000
 """What a JSON text may take in memory. Empty lists take twenty times their text."""
@@ -25,68 +25,23 @@ DEPTH_MAX = 100
 _TEXTS = re.compile(r'"(?:[^"\\]|\\.)*+"', re.DOTALL)
 
 
-def read_record(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = InputError,
-    remedy: str = "",
-) -> dict[str, Any]:
+def read_record(path: str | Path, kind: FileKind) -> dict[str, Any]:
     """Read a JSON object from a file.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    max_bytes : int
-        Largest size of the file, bytes.
-    allowed, remedy : str
-        What kind of file is wanted, and how to get one; both appear in the error message.
-    error : type of InputError
-        The class to raise.
-
-    Returns
-    -------
-    dict
-        The object.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a file that is missing, too large or not regular, or anything but
-        a JSON object.
+    Raises the kind's error for a file that is missing, too large or not regular, or anything else.
     """
-    data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy)
-    return as_record(parse_json(data, path, allowed=allowed, error=error), path, allowed, error)
+    return as_record(read_json(path, kind), path, kind.allowed, kind.error)
+
+
+def read_json(path: str | Path, kind: FileKind) -> Any:
+    """Read a JSON value of any type from a file; raises as `read_bytes` and `parse_json`."""
+    return parse_json(read_bytes(path, kind), path, allowed=kind.allowed, error=kind.error)
 
 
 def as_record(
     value: Any, subject: str | Path, allowed: str, error: type[InputError] = InputError
 ) -> dict[str, Any]:
-    """Check that a value is a JSON object.
-
-    Parameters
-    ----------
-    value : object
-        From `parse_json`.
-    subject : str or Path
-        Where it is from, for the message.
-    allowed : str
-        What is wanted.
-    error : type of InputError
-        The class to raise.
-
-    Returns
-    -------
-    dict
-        The value itself.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for anything else.
-    """
+    """The value itself, where it is a JSON object; raises `error` about its source for others."""
     if isinstance(value, dict):
         return value
     raise error.about(subject, found=f"JSON of a {type(value).__name__}", allowed=allowed)
@@ -100,31 +55,12 @@ def parse_json(
     error: type[InputError] = InputError,
     nan: bool = False,
 ) -> Any:
-    """Parse a JSON text, UTF-8 with or without a byte-order mark.
+    """Parse a JSON text, UTF-8 with or without a byte-order mark, from `subject`.
 
-    Parameters
-    ----------
-    data : bytes or str
-        The text.
-    subject : str or Path
-        Where it is from, for the message.
-    allowed : str
-        What is wanted.
-    error : type of InputError
-        The class to raise.
-    nan : bool
-        Whether NaN, which JSON does not have, is taken.
-
-    Returns
-    -------
-    object
-        The value; whole numbers have at most `INTEGER_MAX_DIGITS` digits, fractions are finite.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for anything else, for a text that would take more than
-        `MEMORY_MAX_BYTES` in memory, and for one nested deeper than `DEPTH_MAX`.
+    Whole numbers have at most `INTEGER_MAX_DIGITS` digits, fractions are finite; NaN, which JSON
+    does not have, is taken only where `nan` says so. Raises `error` for anything else, for a text
+    that would take more than `MEMORY_MAX_BYTES` in memory, and for one nested deeper than
+    `DEPTH_MAX`.
     """
     constant = _nan_alone if nan else _refuse_constant
     try:
@@ -171,26 +107,9 @@ def _memory_bytes(data: bytes | str) -> int:
 
 
 def write_record(path: str | Path, record: Mapping[str, Any], *, indent: int | None = None) -> str:
-    """Write a JSON object to a file, whole or not at all.
+    """Write a JSON object to a file, whole or not at all, and return its text.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file; one of that name is replaced.
-    record : mapping
-        The object, without NaN or infinity.
-    indent : int, optional
-        Spaces of each level; one line by default.
-
-    Returns
-    -------
-    str
-        The text that was written.
-
-    Raises
-    ------
-    OutputError
-        Where the file cannot be written.
+    Raises OutputError where the file cannot be written, ValueError for NaN and infinity.
     """
     text = json.dumps(record, allow_nan=False, indent=indent)
     with write_atomically(path) as draft:
@@ -199,18 +118,7 @@ def write_record(path: str | Path, record: Mapping[str, Any], *, indent: int | N
 
 
 def finite_number(value: Any) -> float | None:
-    """A value as a float, where it is a finite number.
-
-    Parameters
-    ----------
-    value : object
-        From JSON.
-
-    Returns
-    -------
-    float or None
-        None for anything else, truth values included.
-    """
+    """A value of JSON as a float; None for what is no finite number, truth values included."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     try:

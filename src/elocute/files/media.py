@@ -13,26 +13,12 @@ DEMUXERS = (
 
 
 def open_media(path: str | Path, *, pixels_max: int | None = None) -> Any:
-    """Open a local file of sound or video.
+    """Open a local file of sound or video: an av.container.InputContainer, for the caller to close.
 
     Playlists and addresses are never followed. Titles and other text that is not UTF-8 do no harm.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    pixels_max : int, optional
-        Pictures of more pixels are not decoded, not even to find out what they are.
-
-    Returns
-    -------
-    av.container.InputContainer
-        To be closed by the caller.
-
-    Raises
-    ------
-    av.error.FFmpegError
-        Where it is none of `DEMUXERS`; also OSError or ValueError, as PyAV raises them.
+    Pictures of more than `pixels_max` pixels are not decoded, not even to find out what they are.
+    Raises av.error.FFmpegError where it is none of `DEMUXERS`; also OSError or ValueError, as PyAV
+    raises them.
     """
     import av
 

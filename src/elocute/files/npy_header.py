@@ -22,7 +22,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from elocute.errors import InputError
-from elocute.files.reading import bytes_text
+from elocute.files.reading import FileKind, bytes_text
 
 MAGIC = b"\x93NUMPY"
 HEADER_MAX_BYTES = 10_000
@@ -38,21 +38,11 @@ class UnusableArrayError(Exception):
 
 @dataclass(frozen=True)
 class NpyHeader:
-    """What a .npy says of its numbers.
+    """What a .npy says of its numbers."""
 
-    Parameters
-    ----------
-    shape : tuple of int
-        Length of each axis.
-    dtype : numpy.dtype
-        Type of every number, with its byte order.
-    by_columns : bool
-        Whether the first axis varies fastest (Fortran order).
-    """
-
-    shape: tuple[int, ...]
-    dtype: np.dtype[Any]
-    by_columns: bool
+    shape: tuple[int, ...]  # length of each axis
+    dtype: np.dtype[Any]  # type of every number, with its byte order
+    by_columns: bool  # whether the first axis varies fastest (Fortran order)
 
     @property
     def nbytes(self) -> int:
@@ -61,22 +51,9 @@ class NpyHeader:
 
 
 def read_npy_header(file: Any) -> NpyHeader:
-    """Parse the header of a .npy.
+    """Parse the header of a .npy from where a file stands, up to the first number.
 
-    Parameters
-    ----------
-    file : binary file
-        Stands at the start of the header, and at the first number afterwards.
-
-    Returns
-    -------
-    NpyHeader
-        Shape, type and order of the numbers.
-
-    Raises
-    ------
-    UnusableArrayError
-        For anything but a header of numbers, truth values or text.
+    Raises UnusableArrayError for anything but a header of numbers, truth values or text.
     """
     start = file.read(len(MAGIC) + 2)
     if start[: len(MAGIC)] != MAGIC or len(start) < len(MAGIC) + 2:
@@ -98,19 +75,9 @@ def read_npy_header(file: Any) -> NpyHeader:
 
 
 def check_size(file: BinaryIO, header: NpyHeader) -> None:
-    """Refuse a file that holds fewer bytes than its header promises.
+    """Raise UnusableArrayError where a file holds fewer bytes than its header promises.
 
-    Parameters
-    ----------
-    file : binary file
-        A file of the operating system, just behind its header.
-    header : NpyHeader
-        That header.
-
-    Raises
-    ------
-    UnusableArrayError
-        Where bytes are missing.
+    The file is one of the operating system, just behind its header.
     """
     left = os.fstat(file.fileno()).st_size - file.tell()
     if header.nbytes > left:
@@ -118,29 +85,12 @@ def check_size(file: BinaryIO, header: NpyHeader) -> None:
 
 
 @contextmanager
-def array_errors(
-    path: str | Path, allowed: str, error: type[InputError], remedy: str
-) -> Iterator[None]:
-    """Turn whatever a damaged file makes the standard library raise into one line of `error`.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file, named in the message.
-    allowed, remedy : str
-        What kind of file is wanted, and how to get one.
-    error : type of InputError
-        The class to raise.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a damaged or unusable file.
-    """
+def array_errors(path: str | Path, kind: FileKind) -> Iterator[None]:
+    """Turn whatever a damaged file makes the standard library raise into the kind's error."""
     try:
         yield
     except UnusableArrayError as problem:
-        raise error.about(path, found=str(problem), allowed=allowed, remedy=remedy) from None
+        raise kind.unusable(path, str(problem)) from None
     except (
         zipfile.BadZipFile,
         zipfile.LargeZipFile,
@@ -158,9 +108,7 @@ def array_errors(
         if isinstance(problem, InputError):
             raise
         reason = " ".join(str(problem).split())[:120]
-        raise error.about(
-            path, found=f"damaged, or something else ({reason})", allowed=allowed, remedy=remedy
-        ) from None
+        raise kind.unusable(path, f"damaged, or something else ({reason})") from None
 
 
 def _parsed(text: str) -> NpyHeader:

@@ -14,7 +14,7 @@ from typing import Any
 
 from elocute.errors import InputError, ModelError
 from elocute.files.protobuf import BYTES, VARINT, read_fields
-from elocute.files.reading import read_bytes
+from elocute.files.reading import FileKind, read_bytes
 
 FIELDS_MAX = 2_000_000
 NODES_MAX = 10_000
@@ -42,51 +42,22 @@ class _RefusedError(Exception):
     """What a network has that none needs; becomes the caller's error with the file's name."""
 
 
-def open_session(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = ModelError,
-    remedy: str = "",
-    threads: int = 1,
-) -> Any:
-    """Open a network whose weights all lie in its file.
+def open_session(path: str | Path, kind: FileKind) -> Any:
+    """Open a network whose weights all lie in its file: an onnxruntime.InferenceSession.
 
     The file is read into memory first, so that it cannot name other files; one that does is
-    refused, and so are loops, functions of the file's own and operators that are not ONNX's.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    max_bytes : int
-        Largest size of the file, bytes.
-    allowed, remedy : str
-        What kind of file is wanted, and how to get one; both appear in the error message.
-    error : type of InputError
-        The class to raise.
-    threads : int
-        Threads of one run.
-
-    Returns
-    -------
-    onnxruntime.InferenceSession
-        On the CPU.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a file that is missing, too large or not a network.
+    refused, and so are loops, functions of the file's own and operators that are not ONNX's. It
+    runs on the CPU. Raises the kind's error for a file that is missing, too large or not a network.
     """
-    data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy)
+    data = read_bytes(path, kind)
+    allowed, error = kind.allowed, kind.error
     try:
         _Check().message(memoryview(data), "model", DEPTH_MAX)
     except (ValueError, TypeError) as problem:
         raise error.about(path, found=f"no ONNX network ({problem})", allowed=allowed) from None
     except _RefusedError as problem:
         raise error.about(path, found=str(problem), allowed=f"{allowed}, complete") from None
-    return session_of(data, path, allowed=allowed, error=error, threads=threads, limited=True)
+    return session_of(data, path, allowed=allowed, error=error, limited=True)
 
 
 def session_of(
@@ -99,34 +70,11 @@ def session_of(
     initializers: dict[str, Any] | None = None,
     limited: bool = False,
 ) -> Any:
-    """Open a network in memory.
+    """Open a network in memory, from `subject`, on the CPU.
 
-    Parameters
-    ----------
-    model : bytes
-        An ONNX model.
-    subject : str or Path
-        Where it is from, for the message.
-    allowed : str
-        What is wanted.
-    error : type of InputError
-        The class to raise.
-    threads : int
-        Threads of one run.
-    initializers : dict of str to onnxruntime.OrtValue, optional
-        Weights that the model declares without containing them.
-    limited : bool
-        Whether it is held to ARENA_BYTES.
-
-    Returns
-    -------
-    onnxruntime.InferenceSession
-        On the CPU.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, where onnxruntime does not take the model.
+    `initializers` are weights (onnxruntime.OrtValue) that the model declares without containing
+    them; `limited` holds it to ARENA_BYTES. Raises `error` where onnxruntime does not take the
+    model.
     """
     onnxruntime = load_onnxruntime()
     options = onnxruntime.SessionOptions()
@@ -151,16 +99,11 @@ def session_of(
 
 
 def load_onnxruntime() -> Any:
-    """Import onnxruntime, told to send nothing.
+    """The module onnxruntime, told to send nothing.
 
     Releases from 1.31 on count sessions, keep an identifier below the user's cache folder and send
     both to their maker, from threads of their own that start with the import. They then heed the
     environment; the call is for a program that imported onnxruntime before.
-
-    Returns
-    -------
-    module
-        `onnxruntime`.
     """
     os.environ["ORT_DISABLE_TELEMETRY"] = "1"
     import onnxruntime

@@ -34,13 +34,7 @@ _T = TypeVar("_T")
 
 
 def state_folder() -> Path:
-    """Where the history lies; nothing is made.
-
-    Returns
-    -------
-    Path
-        It may be missing.
-    """
+    """Where the history lies; it may be missing, and is not made."""
     named = os.environ.get("ELOCUTE_STATE")
     if named:
         return Path(named)
@@ -54,35 +48,12 @@ def state_folder() -> Path:
 
 
 def source_text(sources: Iterable[Source]) -> str:
-    """Inputs as the history names them.
-
-    Parameters
-    ----------
-    sources : iterable of str or Path
-        Files, or texts that name something else.
-
-    Returns
-    -------
-    str
-        A line for each: files by their real path, everything else as it is.
-    """
+    """Inputs as the history names them, a line each: files by their real path, texts as said."""
     return "\n".join(os.path.realpath(s) if os.path.lexists(s) else str(s) for s in sources)
 
 
 def fingerprint(path: Path) -> str | None:
-    """What changes when a file or a folder changes.
-
-    Parameters
-    ----------
-    path : Path
-        A file or folder.
-
-    Returns
-    -------
-    str or None
-        From the size and time of the file, or of all that the folder holds; None where nothing is
-        there.
-    """
+    """What changes with a file or with what a folder holds: sizes and times; None for nothing."""
     try:
         facts = os.lstat(path)
         if stat.S_ISREG(facts.st_mode):
@@ -105,26 +76,19 @@ def fingerprint(path: Path) -> str | None:
 def remember_output(path: Path, sources: Iterable[Source], draft: Path | None = None) -> None:
     """Note that an output, as it is now, was made from `sources`; nothing happens where that fails.
 
-    Parameters
-    ----------
-    path : Path
-        The output.
-    sources : iterable of str or Path
-        What it was made from.
-    draft : Path, optional
-        What is about to take its place. What is there counts too, until the next note, where it was
-        made from the same: this process may be killed before the draft is there.
+    A draft is what is about to take its place. What is there counts too, until the next note, where
+    it was made from the same: this process may be killed before the draft is there.
     """
-    found, source = fingerprint(draft or path), source_text(sources)
-    if found is None:
+    state, source = fingerprint(draft or path), source_text(sources)
+    if state is None:
         return
     if draft is not None and recall_output(path) == (source, True):
-        found = f"{found}\n{fingerprint(path)}"
+        state = f"{state}\n{fingerprint(path)}"
 
     def note(table: sqlite3.Connection) -> None:
         table.execute(
             "INSERT OR REPLACE INTO outputs (path, source, state) VALUES (?, ?, ?)",
-            (_key(path), os.fsencode(source), os.fsencode(found)),
+            (_key(path), os.fsencode(source), os.fsencode(state)),
         )
         table.execute(
             "DELETE FROM outputs WHERE id <= (SELECT max(id) FROM outputs) - ?", (ROWS_MAX,)
@@ -134,18 +98,7 @@ def remember_output(path: Path, sources: Iterable[Source], draft: Path | None = 
 
 
 def recall_output(path: Path) -> tuple[str, bool] | None:
-    """What an output was made from.
-
-    Parameters
-    ----------
-    path : Path
-        The output.
-
-    Returns
-    -------
-    (str, bool) or None
-        The text of its sources, and whether it is still as it was made; None where it is unknown.
-    """
+    """The text of an output's sources, and whether it is as it was made; None where unknown."""
 
     def ask(table: sqlite3.Connection) -> tuple[str, str] | None:
         row = table.execute(

@@ -39,21 +39,11 @@ REMEDY = "`overwrite` replaces it, `no_clobber` keeps it"
 
 @dataclass(frozen=True)
 class PlannedOutput:
-    """One file or folder to be written.
+    """One file or folder to be written."""
 
-    Attributes
-    ----------
-    path : Path
-        The output.
-    sources : tuple of str or Path
-        What it is made from: files, or texts that name something else.
-    beside : Path or None
-        The output that it is a side file of.
-    """
-
-    path: Path
-    sources: tuple[Source, ...]
-    beside: Path | None = None
+    path: Path  # the output
+    sources: tuple[Source, ...]  # what it is made from: files, or texts that name something else
+    beside: Path | None = None  # the output that it is a side file of
 
     @property
     def origin(self) -> str:
@@ -85,51 +75,23 @@ class OutputPlan:
         """Files that are there and stay as they are, since the user said so."""
 
     def add(self, path: Path, *sources: Source, beside: Path | None = None) -> None:
-        """Plan an output.
+        """Plan an output that is made from sources, which count as inputs of the run.
 
-        Parameters
-        ----------
-        path : Path
-            The output.
-        *sources : str or Path
-            What it is made from; they count as inputs of the run.
-        beside : Path, optional
-            The output that it is a side file of.
+        A side file is `beside` another output.
         """
         self._planned.append(PlannedOutput(path, sources, beside))
         self._inputs += sources
 
     def make_folder(self, folder: Path) -> None:
-        """Plan a folder, with those above it, that is made when a file in it is written.
-
-        Parameters
-        ----------
-        folder : Path
-            The folder.
-        """
+        """Plan a folder, with those above it, that is made when a file in it is written."""
         self._folders.add(folder)
 
     def check(self, *, overwrite: bool = False, no_clobber: bool = False) -> OutputPlan:
-        """Check that no output would destroy something.
+        """Check that no output would destroy something, and return the plan.
 
-        Parameters
-        ----------
-        overwrite : bool
-            Replace files that exist; folders only where this tool made them.
-        no_clobber : bool
-            Leave out outputs that exist, and list them in `kept`.
-
-        Returns
-        -------
-        OutputPlan
-            Itself.
-
-        Raises
-        ------
-        OutputError
-            For the first output that cannot be written, or would destroy something.
-        InputError
-            For `overwrite` and `no_clobber` together.
+        `overwrite` replaces files that exist, and folders that this tool made; `no_clobber` leaves
+        out outputs that exist, and lists them in `kept`. Raises OutputError for the first output
+        that cannot be written, or would destroy something, InputError for both together.
         """
         if overwrite and no_clobber:
             raise InputError.about("`overwrite`", found="`no_clobber` too", allowed="one of them")
@@ -158,33 +120,11 @@ class OutputPlan:
         return path
 
     def wants(self, path: Path) -> bool:
-        """Whether an output is to be written.
-
-        Parameters
-        ----------
-        path : Path
-            A planned output.
-
-        Returns
-        -------
-        bool
-            False where it is kept.
-        """
+        """Whether a planned output is to be written; False where it is kept."""
         return path not in self.kept
 
     def wanted(self, paths: Iterable[Path]) -> list[Path]:
-        """Those of some outputs that are to be written.
-
-        Parameters
-        ----------
-        paths : iterable of Path
-            Planned outputs.
-
-        Returns
-        -------
-        list of Path
-            In the same order.
-        """
+        """Those of some planned outputs that are to be written, in the same order."""
         return [path for path in paths if self.wants(path)]
 
     @property
@@ -194,17 +134,10 @@ class OutputPlan:
 
     @contextlib.contextmanager
     def writing(self, path: Path) -> Iterator[None]:
-        """Write an output and its side files in this block; they are remembered as made.
+        """Write a planned output and its side files in this block; they are remembered as made.
 
-        Parameters
-        ----------
-        path : Path
-            A planned output.
-
-        Raises
-        ------
-        OutputError
-            Where something else was written there since `check`, or a folder cannot be made.
+        Raises OutputError where something else was written there since `check`, or a folder cannot
+        be made.
         """
         written = [one for one in self._planned if path in (one.path, one.beside)]
         written = [one for one in written if self.wants(one.path)]
@@ -332,23 +265,23 @@ def _are_one_name(folder: Path, name: str, other: str) -> bool:
 
 def _by_identity(inputs: Iterable[Source]) -> dict[tuple[int, int], Source]:
     """Inputs that exist, by device and inode: what makes a file itself whatever it is called."""
-    found: dict[tuple[int, int], Source] = {}
+    by_identity: dict[tuple[int, int], Source] = {}
     for source in inputs:
         try:
             facts = os.fstat(0) if str(source) == STANDARD_INPUT else Path(source).stat()
         except (OSError, ValueError):
             continue
-        found.setdefault((facts.st_dev, facts.st_ino), source)
-    return found
+        by_identity.setdefault((facts.st_dev, facts.st_ino), source)
+    return by_identity
 
 
 def _refuse_inputs(planned: PlannedOutput, inputs: dict[tuple[int, int], Source]) -> None:
     """Raise OutputError for an output that would destroy an input."""
-    found = _input_at(planned.path, inputs)
-    if found is not None:
+    lost = _input_at(planned.path, inputs)
+    if lost is not None:
         aside = "" if planned.beside is None else f", where the sound of {planned.beside.name} goes"
         raise OutputError.about(
-            planned.path, found=found + aside, remedy="choose another output name"
+            planned.path, found=lost + aside, remedy="choose another output name"
         )
 
 

@@ -41,22 +41,9 @@ Fields = dict[tuple[int, int], Any]
 
 
 def unpacked_bytes(file: BinaryIO) -> int:
-    """An upper bound of what all columns of a Parquet file take in memory.
+    """An upper bound of the bytes that all columns of a Parquet file take in memory.
 
-    Parameters
-    ----------
-    file : binary file
-        A file of the operating system.
-
-    Returns
-    -------
-    int
-        Bytes.
-
-    Raises
-    ------
-    ValueError
-        For a file that is invalid, not whole, or has a part in another file.
+    Raises ValueError for a file that is invalid, not whole, or has a part in another file.
     """
     columns = list(_columns(_footer(file)))
     present = os.fstat(file.fileno()).st_size

@@ -16,27 +16,10 @@ _VALUE = re.compile(r"""\b(\w+)\s*=\s*(?:"([^"<>]*)"|'([^'<>]*)')""")
 def picked_points(
     text: str, path: Path, error: type[InputError] = InputError
 ) -> list[list[float] | None]:
-    """The points of a .pp.
+    """The points (x, y, z) of a .pp's text in the mesh's unit; None for one that was taken back.
 
-    Parameters
-    ----------
-    text : str
-        The file's content.
-    path : Path
-        Its name, for the message.
-    error : type of InputError
-        The class to raise.
-
-    Returns
-    -------
-    list of (x, y, z) or None
-        In the mesh's unit, by their names where these are numbers, else as they come; None for a
-        point that was taken back.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a file without points, and points without numbers.
+    They stand by their names where these are numbers, else as they come. Raises `error`, about the
+    file's path, without points, and for points without numbers.
     """
     points: dict[str, list[float] | None] = {}
     for number, match in enumerate(_POINT.finditer(text)):

@@ -16,26 +16,10 @@ Value = int | memoryview
 
 
 def read_fields(message: memoryview, most: int) -> Iterator[tuple[int, int, Value]]:
-    """Read the fields of a message; nothing is copied.
+    """Read the fields of a message, `most` of them: number, wire type and value; nothing is copied.
 
-    Parameters
-    ----------
-    message : memoryview
-        The bytes.
-    most : int
-        Most fields.
-
-    Yields
-    ------
-    number, wire_type : int
-        Of the field.
-    value : int or memoryview
-        An int for a varint, else a view of its bytes.
-
-    Raises
-    ------
-    ValueError
-        Where the bytes are not a message, end early, or hold more fields.
+    A value is an int for a varint, else a view of its bytes. Raises ValueError where the bytes are
+    not a message, end early, or hold more fields.
     """
     at = 0
     for _ in range(most):
@@ -62,23 +46,7 @@ def read_fields(message: memoryview, most: int) -> Iterator[tuple[int, int, Valu
 
 
 def read_varints(packed: memoryview) -> list[int]:
-    """Read a packed list of unsigned integers.
-
-    Parameters
-    ----------
-    packed : memoryview
-        The bytes.
-
-    Returns
-    -------
-    list of int
-        The integers.
-
-    Raises
-    ------
-    ValueError
-        Where it ends early.
-    """
+    """Read a packed list of unsigned integers; raises ValueError where it ends early."""
     values, at = [], 0
     while at < len(packed):
         value, at = _varint(packed, at)
@@ -112,20 +80,9 @@ def varint(value: int) -> bytes:
 
 
 def write_field(number: int, value: int | float | str | bytes) -> bytes:
-    """One field of a message.
+    """One field of a message: an int becomes a varint, a float four bytes.
 
-    Parameters
-    ----------
-    number : int
-        Of the field.
-    value : int, float, str or bytes
-        An int becomes a varint, a float four bytes; text and messages have their length before
-        them.
-
-    Returns
-    -------
-    bytes
-        Key and value.
+    Text and messages have their length before them.
     """
     if isinstance(value, int):
         return varint(number << 3 | VARINT) + varint(value)
@@ -136,16 +93,5 @@ def write_field(number: int, value: int | float | str | bytes) -> bytes:
 
 
 def write_message(*fields: tuple[int, int | float | str | bytes]) -> bytes:
-    """A message of fields.
-
-    Parameters
-    ----------
-    *fields : (int, int or float or str or bytes)
-        Number and value; a number that occurs again is a repeated entry.
-
-    Returns
-    -------
-    bytes
-        The message.
-    """
+    """A message of fields, (number, value); a number that occurs again is a repeated entry."""
     return b"".join(write_field(number, value) for number, value in fields)

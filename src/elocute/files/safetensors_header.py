@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from elocute.errors import InputError
 from elocute.files.json_records import as_record, parse_json
-from elocute.files.reading import open_regular
+from elocute.files.reading import FileKind, open_regular
 
 HEADER_MAX_BYTES = 4_000_000
 TENSORS_MAX = 20_000
@@ -38,76 +37,32 @@ ITEM_BYTES = {
 
 @dataclass(frozen=True)
 class TensorHeader:
-    """What a .safetensors file holds.
+    """What a .safetensors file holds."""
 
-    Attributes
-    ----------
-    shapes : dict of str to tuple of int
-        Of all tensors.
-    metadata : dict of str to str
-        Text by name.
-    """
-
-    shapes: dict[str, tuple[int, ...]]
-    metadata: dict[str, str]
+    shapes: dict[str, tuple[int, ...]]  # of all tensors
+    metadata: dict[str, str]  # text by name
 
 
-def read_tensor_header(
-    path: str | Path,
-    *,
-    max_bytes: int,
-    allowed: str,
-    error: type[InputError] = InputError,
-    remedy: str = "",
-) -> TensorHeader:
+def read_tensor_header(path: str | Path, kind: FileKind) -> TensorHeader:
     """Read what a .safetensors file says that it holds, once it is known to hold it.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    max_bytes : int
-        Largest size of the file, bytes.
-    allowed, remedy : str
-        What kind of file is wanted, and how to get one; both appear in the error message.
-    error : type of InputError
-        The class to raise.
-
-    Returns
-    -------
-    TensorHeader
-        Shapes and metadata.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a file that is missing, larger or cut short, or whose header and
-        content do not fit.
+    Raises the kind's error for a file that is missing, larger or cut short, or whose header and
+    content do not fit.
     """
-    with open_regular(
-        path, max_bytes=max_bytes, allowed=allowed, error=error, remedy=remedy
-    ) as file:
+    with open_regular(path, kind) as file:
         total = os.fstat(file.fileno()).st_size
         size = int.from_bytes(file.read(8), "little")
         text = file.read(size) if size <= min(HEADER_MAX_BYTES, total - 8) else b""
     if not text:
-        raise error.about(
-            path,
-            found=f"no {allowed.removeprefix('a ')}: its header is missing or cut off",
-            allowed=allowed,
-            remedy=remedy,
-        )
-    record = as_record(parse_json(text, path, allowed=allowed, error=error), path, allowed, error)
+        wanted = kind.allowed.removeprefix("a ")
+        raise kind.unusable(path, f"no {wanted}: its header is missing or cut off")
+    header = parse_json(text, path, allowed=kind.allowed, error=kind.error)
+    record = as_record(header, path, kind.allowed, kind.error)
     try:
         return _checked(record, total - 8 - size)
     except (ValueError, TypeError, KeyError) as problem:
-        reason = str(problem)[:120]
-        raise error.about(
-            path,
-            found=f"tensors that are not as their header says ({reason})",
-            allowed=allowed,
-            remedy=remedy,
-        ) from None
+        found = f"tensors that are not as their header says ({str(problem)[:120]})"
+        raise kind.unusable(path, found) from None
 
 
 def _checked(record: dict[str, Any], content_bytes: int) -> TensorHeader:

@@ -9,18 +9,5 @@ UNPACKED_FREE_BYTES = 64_000_000
 
 
 def unpacked_limit(packed_bytes: int, free_bytes: int = UNPACKED_FREE_BYTES) -> int:
-    """Bytes that a file may unpack to.
-
-    Parameters
-    ----------
-    packed_bytes : int
-        Size of the file, bytes.
-    free_bytes : int
-        What any file may unpack to, however small it is, bytes.
-
-    Returns
-    -------
-    int
-        The larger of `free_bytes` and `UNPACKED_TIMES` times the size of the file.
-    """
+    """Bytes that a file may unpack to: `UNPACKED_TIMES` its size, and `free_bytes` at least."""
     return max(free_bytes, UNPACKED_TIMES * packed_bytes)

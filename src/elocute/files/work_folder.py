@@ -17,19 +17,9 @@ TRAINED = ("log.csv", MODEL)
 
 
 def prepare_folder(folder: Path, resume: bool) -> None:
-    """Make a folder for long work, or take the one that is there.
+    """Make a folder for long work, or, to resume, take the one that is there.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-    resume : bool
-        Whether it may have files in it.
-
-    Raises
-    ------
-    OutputError
-        For a file, or a folder that is not empty where `resume` is not said.
+    Raises OutputError for a file, or a folder that is not empty where `resume` is not said.
     """
     check_output(folder)
     if folder.exists() and not folder.is_dir():
@@ -69,21 +59,9 @@ def remove_empty(folder: Path) -> None:
 def prepare_work(folder: Path, resume: bool, mark: str, written: tuple[str, ...]) -> None:
     """As `prepare_folder`, for work whose folders are recognised by the first file written there.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-    resume : bool
-        Whether it may have files in it.
-    mark : str
-        Pattern of the name of that first file.
-    written : tuple of str
-        Patterns of names that are written later: without the mark, they are somebody else's.
-
-    Raises
-    ------
-    OutputError
-        As `prepare_folder`, and where somebody else's file would be replaced.
+    `mark` is a pattern of that file's name, `written` are patterns of names that are written later:
+    without the mark, they are somebody else's. Raises OutputError as `prepare_folder`, and where
+    somebody else's file would be replaced.
     """
     prepare_folder(folder, resume)
     if any(folder.glob(mark)):
@@ -98,39 +76,14 @@ def prepare_work(folder: Path, resume: bool, mark: str, written: tuple[str, ...]
 
 
 def prepare_training(folder: Path, resume: bool) -> None:
-    """As `prepare_work`, for a training, which resumes from its checkpoint.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-    resume : bool
-        Whether it may have files in it.
-
-    Raises
-    ------
-    OutputError
-        As `prepare_work`.
-    """
+    """As `prepare_work`, for a training, which resumes from its checkpoint."""
     prepare_work(folder, resume, CHECKPOINT, TRAINED)
 
 
 def prepare_trainings(folder: Path, names: Iterable[str], resume: bool) -> None:
-    """As `prepare_work`, for trainings, each in a folder of its own, and their report.
+    """As `prepare_work`, for named trainings, each in a folder of its own, and their report.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder of all.
-    names : iterable of str
-        Folders of the trainings; one that was not begun yet is begun.
-    resume : bool
-        Whether they may have files in them.
-
-    Raises
-    ------
-    OutputError
-        As `prepare_work`.
+    One that was not begun yet is begun.
     """
     prepare_work(folder, resume, f"*/{CHECKPOINT}", ("report.json",))
     for name in names:

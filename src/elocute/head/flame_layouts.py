@@ -20,12 +20,13 @@ from numpy.typing import NDArray
 from elocute.array_types import Float64Array
 from elocute.errors import ElocuteWarning, HeadError
 from elocute.files.array_reading import read_npy, read_npz
+from elocute.files.reading import FileKind
 from elocute.numerics.resampling import GAP_MAX_S
 
-FILE_MAX_BYTES = 2_000_000_000
 FRAMES_MAX = 200_000
 KEYS = ("shape", "expression", "pose", "translation", "fps")
 ALLOWED = f"FLAME parameters (.npz of {', '.join(KEYS)}, or as VHAP and EMOCA have them)"
+PARAMETERS_FILE = FileKind(ALLOWED, 2_000_000_000, HeadError)
 SHAPE = ("shape", "shapecode", "shape_params", "betas")
 EXPRESSION = ("expression", "expr", "exp", "expcode", "expression_params", "expressions")
 TRANSLATION = ("translation", "transl", "trans")
@@ -179,12 +180,12 @@ def _fill(path: Path, parts: dict[str, Float64Array], fps: float) -> None:
 
 def _stored(path: Path) -> dict[str, NDArray[Any]]:
     def read(file: Path) -> NDArray[Any]:
-        return read_npy(file, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=HeadError)
+        return read_npy(file, PARAMETERS_FILE)
 
     if path.is_dir():
         names = {*SHAPE, *EXPRESSION, *TRANSLATION, *(name for each in POSES for name in each)}
         return {n: read(path / f"{n}.npy") for n in sorted(names) if (path / f"{n}.npy").is_file()}
-    return read_npz(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=HeadError)
+    return read_npz(path, PARAMETERS_FILE)
 
 
 def _parts(

@@ -11,6 +11,7 @@ from elocute.array_types import Float64Array
 from elocute.errors import HeadError
 from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import write_npz
+from elocute.files.reading import FileKind
 from elocute.head.flame import FlameModel, flame_vertices
 from elocute.one_line_repr import one_line
 
@@ -102,7 +103,7 @@ def load_flame_parameters(path: str | Path) -> FlameParameters:
         For a file that is missing, damaged or something else.
     """
     allowed = f"FLAME parameters (.npz of {', '.join(FILE_KEYS)})"
-    stored = read_npz(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=HeadError)
+    stored = read_npz(path, FileKind(allowed, FILE_MAX_BYTES, HeadError))
     axes = {"shape": 1, "expression": 2, "pose": 2, "translation": 2, "fps": 0}
     for name, count in axes.items():
         values = stored.get(name)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from elocute.array_types import FloatArray
 from elocute.errors import HeadError
 from elocute.files.json_records import finite_number, read_record
-from elocute.files.reading import path_of
+from elocute.files.reading import FileKind, path_of
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.one_line_repr import brief
@@ -161,7 +161,7 @@ def read_identity(
     """(identity,) from a JSON file, `least` to `most` numbers. Raises HeadError."""
     count = f"{least}" if least == most else f"{least} to {most}"
     allowed = f'{{"identity": [{count} numbers from -5 to 5]}}'
-    stored = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=HeadError)
+    stored = read_record(path, FileKind(allowed, FILE_MAX_BYTES, HeadError))
     given = stored.get("identity")
     found = [finite_number(value) for value in given] if isinstance(given, list) else [None]
     if None in found:

@@ -13,13 +13,14 @@ from elocute.errors import HeadError
 from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import write_npz
 from elocute.files.json_records import as_record, parse_json
+from elocute.files.reading import FileKind
 from elocute.head.character import character_of_arrays
 from elocute.head.looks.look import look_of_record
 from elocute.head.model import HeadModel
 from elocute.head.surface import surface_arrays, surfaces_of_arrays
 
-FILE_MAX_BYTES = 500_000_000
 ALLOWED = "a head (.npz) that elocute.head.save_head wrote"
+HEAD_FILE = FileKind(ALLOWED, 500_000_000, HeadError)
 BASIS_STEP_M = 5e-6
 """Bases are stored in whole steps of 5 micrometres: a tenth of what anyone can see."""
 
@@ -107,7 +108,7 @@ def load_head(path: Path) -> HeadModel:
     HeadError
         For a file that is missing, damaged or no head.
     """
-    stored = read_npz(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=HeadError)
+    stored = read_npz(path, HEAD_FILE)
     try:
         return _head_of(stored)
     except HeadError as error:

@@ -28,21 +28,9 @@ Pool = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[tuple[Any, Any]]
 def one_after_another(
     work: Callable[[Any], Any], tasks: Iterable[Any]
 ) -> Iterator[tuple[Any, Any]]:
-    """The Pool of this process alone.
+    """The Pool of this process alone: each task and its result, in the order given.
 
-    Parameters
-    ----------
-    work : callable
-        Takes a task and gives its result.
-    tasks : iterable
-        Tasks.
-
-    Yields
-    ------
-    task : object
-        In the order given.
-    result : object or FailedTask
-        What `work` gave; FailedTask where it raised an error of Elocute.
+    The result is a FailedTask where `work` raised an error of Elocute.
     """
     for task in tasks:
         try:

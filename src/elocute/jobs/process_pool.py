@@ -38,45 +38,16 @@ class _Worker:
 
 
 def local_pool(jobs: int) -> Pool:
-    """A Pool of processes of this machine.
+    """A Pool of so many processes of this machine, in any order; 0 is one for each processor.
 
-    Parameters
-    ----------
-    jobs : int
-        Number of processes; 0 takes one for each processor.
-
-    Returns
-    -------
-    Pool
-        As `one_after_another`, in any order.
-
-    Raises
-    ------
-    InputError
-        For a number outside 0 to `JOBS_MAX`.
+    Raises InputError for a number outside 0 to `JOBS_MAX`.
     """
     count = checked_jobs(jobs) or os.cpu_count() or 1
     return lambda work, tasks: run_local(work, tasks, count)
 
 
 def checked_jobs(jobs: int) -> int:
-    """Check a number of workers.
-
-    Parameters
-    ----------
-    jobs : int
-        The number.
-
-    Returns
-    -------
-    int
-        The same.
-
-    Raises
-    ------
-    InputError
-        For a number outside 0 to `JOBS_MAX`.
-    """
+    """A number of workers; raises InputError for one outside 0 to `JOBS_MAX`."""
     if not 0 <= jobs <= JOBS_MAX:
         raise InputError.about("`jobs`", found=brief(jobs), allowed=f"0 to {JOBS_MAX}")
     return jobs
@@ -85,25 +56,10 @@ def checked_jobs(jobs: int) -> int:
 def run_local(
     work: Callable[[Any], Any], tasks: Iterable[Any], jobs: int, tries: int = TRIES
 ) -> Iterator[tuple[Any, Any]]:
-    """Run tasks in processes of this machine.
+    """Run tasks in processes of this machine; each task and its result, or a FailedTask.
 
-    Parameters
-    ----------
-    work : callable
-        Takes a task and gives its result; it and all tasks and results can be pickled.
-    tasks : iterable
-        Tasks, drawn when they are needed.
-    jobs : int
-        Number of processes.
-    tries : int
-        How often a task is tried on which workers die.
-
-    Yields
-    ------
-    task : object
-        In the order in which they are done.
-    result : object or FailedTask
-        What `work` gave, or why there is none.
+    Pairs come in the order in which they are done; tasks are drawn when they are needed. `work`,
+    tasks and results must be picklable. A task on which workers die is tried `tries` times.
     """
     waiting = TaskQueue(tasks)
     workers = []
@@ -244,21 +200,10 @@ def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
 
 
 def run_task(work: Callable[[Any], Any], task: Any) -> tuple[str, Any]:
-    """Run one task in a worker.
+    """Run one task in a worker: "done", or "failed" where it cannot continue, and the result.
 
-    Parameters
-    ----------
-    work : callable
-        Takes a task and gives its result.
-    task : object
-        The task.
-
-    Returns
-    -------
-    kind : str
-        "done", or "failed" where the worker cannot continue.
-    result : object
-        What `work` gave, a RefusedTask where it raised, or FailedTask where memory ran out.
+    The result is what `work` gave, a RefusedTask where it raised, or FailedTask where memory ran
+    out.
     """
     try:
         return "done", work(task)

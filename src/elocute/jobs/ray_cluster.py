@@ -40,27 +40,11 @@ class ClusterError(MachineError):
 
 
 def ray_pool(address: str, jobs: int) -> Pool:
-    """A Pool of actors on a Ray cluster, or on a node of its own.
+    """A Pool of actors on a Ray cluster (HOST:PORT), or on a node that is started here (`local`).
 
-    Parameters
-    ----------
-    address : str
-        HOST:PORT, or `local` for a node that is started here.
-    jobs : int
-        Number of actors; 0 takes all processors of the cluster.
-
-    Returns
-    -------
-    Pool
-        As `one_after_another`, in any order.
-
-    Raises
-    ------
-    InputError
-        For an impossible address or number.
-    MachineError
-        Without Ray or a token, or where the cluster does not answer within `CONNECT_S` + `JOIN_S`
-        seconds.
+    0 jobs take all processors of the cluster. Raises InputError for an impossible address or
+    number, MachineError without Ray or a token, or where the cluster does not answer within
+    `CONNECT_S` + `JOIN_S` seconds.
     """
     jobs = checked_jobs(jobs)
     if address != LOCAL:
@@ -81,28 +65,7 @@ def run_ray(
     jobs: int,
     tries: int = TRIES,
 ) -> Iterator[tuple[Any, Any]]:
-    """Run tasks in actors of a Ray cluster.
-
-    Parameters
-    ----------
-    work : callable
-        Takes a task and gives its result; it and all tasks and results can be pickled.
-    tasks : iterable
-        Tasks, drawn when they are needed.
-    address : str or None
-        HOST:PORT; None starts a node.
-    jobs : int
-        Number of actors.
-    tries : int
-        How often a task is tried on which actors die.
-
-    Yields
-    ------
-    task : object
-        In the order in which they are done.
-    result : object or FailedTask
-        What `work` gave, or why there is none.
-    """
+    """As `process_pool.run_local`, in actors of a Ray cluster; None as address starts a node."""
     import ray
 
     where: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.ERROR}

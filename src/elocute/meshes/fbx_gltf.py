@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from elocute.errors import InputError, MachineError
-from elocute.files.reading import read_bytes
+from elocute.files.reading import FileKind, read_bytes
 from elocute.meshes import fbx_child
 from elocute.meshes.fbx_strings import without_places
 
@@ -43,7 +43,7 @@ def read_fbx(path: str | Path, *, error: type[InputError] = InputError) -> bytes
     MachineError
         Where Blender's module `bpy` is not installed.
     """
-    data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=error)
+    data = read_bytes(path, FileKind(ALLOWED, FILE_MAX_BYTES, error))
     try:
         sound = without_places(data)
     except ValueError as problem:

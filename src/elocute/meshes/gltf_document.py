@@ -12,7 +12,7 @@ from typing import Any
 
 from elocute.errors import InputError
 from elocute.files.json_records import as_record, parse_json
-from elocute.files.reading import bytes_text, read_bytes
+from elocute.files.reading import FileKind, bytes_text, read_bytes
 from elocute.meshes.gltf_checks import check_gltf
 
 FBX_SUFFIX = ".fbx"
@@ -86,7 +86,7 @@ def read_gltf_bytes(path: str | Path, max_bytes: int, error: type[InputError]) -
         from elocute.meshes.fbx_gltf import read_fbx
 
         return read_fbx(path, error=error)
-    return read_bytes(path, max_bytes=max_bytes, allowed=ALLOWED, error=error)
+    return read_bytes(path, FileKind(ALLOWED, max_bytes, error))
 
 
 def gltf_document(

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from elocute.errors import ElocuteWarning, InputError
-from elocute.files.reading import bytes_text, read_bytes
+from elocute.files.reading import FileKind, bytes_text, read_bytes
 from elocute.files.unpacked_size import unpacked_limit
 from elocute.meshes.mesh_file import PICTURE_FORMATS, check_picture
 from elocute.meshes.obj_mesh import line_name, text_lines
@@ -179,10 +179,7 @@ class _Beside:
                 self.tell(f"its material file {_bare(name)!r} is not there; colours are left out")
             for file in filter(None, files):
                 data = read_bytes(
-                    file,
-                    max_bytes=MATERIAL_MAX_BYTES,
-                    allowed="a material file",
-                    error=self._error,
+                    file, FileKind("a material file", MATERIAL_MAX_BYTES, self._error)
                 )
                 found |= _parsed_materials(data)
         return found
@@ -204,7 +201,7 @@ class _Beside:
     def _opened(self, file: Path) -> tuple[Any, str]:
         from PIL import Image
 
-        data = read_bytes(file, max_bytes=PICTURE_MAX_BYTES, allowed="a picture", error=self._error)
+        data = read_bytes(file, FileKind("a picture", PICTURE_MAX_BYTES, self._error))
         width, height = check_picture(data, file, self._error)
         self._budget += 4 * width * height
         limit = unpacked_limit(len(data), PICTURES_MIN_BYTES)

@@ -7,7 +7,7 @@ import warnings
 from pathlib import Path
 
 from elocute.errors import InputError
-from elocute.files.reading import bytes_text, read_bytes
+from elocute.files.reading import FileKind, bytes_text, read_bytes
 from elocute.files.unpacked_size import unpacked_limit
 from elocute.meshes.obj_mesh import parse_obj
 from elocute.meshes.ply_mesh import parse_ply
@@ -52,7 +52,7 @@ def read_mesh_file(
     parse = PARSERS.get(path.suffix.lower())
     if parse is None:
         raise error.about(path, found=f"suffix {path.suffix!r}", allowed=" ".join(PARSERS))
-    data = read_bytes(path, max_bytes=max_bytes, allowed="a mesh", error=error)
+    data = read_bytes(path, FileKind("a mesh", max_bytes, error))
     return checked_mesh(parse(data, path, error), path, error, cloud)
 
 

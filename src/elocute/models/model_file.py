@@ -10,8 +10,10 @@ import numpy as np
 from elocute.errors import ModelError
 from elocute.files import onnx_session
 from elocute.files.json_records import parse_json
+from elocute.files.reading import FileKind
 
 FILE_MAX_BYTES = 512_000_000
+MODEL_FILE = FileKind("a model that Elocute trained", FILE_MAX_BYTES, ModelError)
 RECORD_MAX = 1_000_000
 
 
@@ -30,9 +32,7 @@ def open_session(path: Path) -> Any:
 
     Raises ModelError where it is no ONNX network.
     """
-    return onnx_session.open_session(
-        path, max_bytes=FILE_MAX_BYTES, allowed="a model that Elocute trained", error=ModelError
-    )
+    return onnx_session.open_session(path, MODEL_FILE)
 
 
 def stored_record(session: Any) -> dict[str, Any]:

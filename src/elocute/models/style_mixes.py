@@ -20,18 +20,18 @@ from elocute.array_types import Float32Array
 from elocute.articulation.style import Style, parse_mix
 from elocute.errors import ModelError
 from elocute.files.json_records import finite_number, read_record, write_record
-from elocute.files.reading import path_of
+from elocute.files.reading import FileKind, path_of
 from elocute.numerics.input_checks import check_kind
 from elocute.one_line_repr import one_line
 
 EVEN = "even"
 """The style that is all styles of a model in equal shares."""
-FILE_MAX_BYTES = 65_536
 SHARE_MOST = 1e9
 INPUT_MOST = 100.0
 ALLOWED = (
     '{"mix": {"NAME": share, …}} with shares from 0, one above, or {"vector": {"NAME": number}}'
 )
+MIX_FILE = FileKind(ALLOWED, 65_536, ModelError)
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +197,7 @@ def write_mix(path: str | Path, mix: dict[str, float], more: dict[str, Any]) -> 
 
 
 def _read(path: Path) -> dict[str, Any]:
-    return read_record(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=ModelError)
+    return read_record(path, MIX_FILE)
 
 
 def _is_input(value: object) -> bool:

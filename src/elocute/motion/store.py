@@ -18,6 +18,7 @@ from elocute.errors import HeadError, MotionError
 from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import write_npz
 from elocute.files.json_records import as_record, finite_number, parse_json
+from elocute.files.reading import FileKind
 from elocute.files.unpacked_size import unpacked_limit
 from elocute.head.character import character_of_arrays
 from elocute.head.looks.look import look_of_record
@@ -26,11 +27,11 @@ from elocute.head.surface import surface_arrays, surfaces_of_arrays
 from elocute.motion.motion import Motion, check_motion, check_reach
 
 VERSION = 1
-FILE_MAX_BYTES = 2_000_000_000
 TEXTS_MAX_BYTES = 1_000_000
 FRAMES_MAX = 10_000_000
 ALLOWED = "a motion (.npz) that Elocute wrote"
 REMEDY = "make one: elocute animate speech.wav -o talk.npz"
+MOTION_FILE = FileKind(ALLOWED, 2_000_000_000, MotionError, REMEDY)
 
 
 def save_motion(motion: Motion, path: str | Path) -> None:
@@ -100,9 +101,7 @@ def load_motion(path: str | Path) -> Motion:
     MotionError
         For a file that is missing, damaged or no motion, and one that goes where no face is.
     """
-    stored = read_npz(
-        path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=MotionError, remedy=REMEDY
-    )
+    stored = read_npz(path, MOTION_FILE)
     # As many bytes as the archive may unpack to may its shapes unfold to.
     limit = unpacked_limit(Path(path).stat().st_size)
     try:

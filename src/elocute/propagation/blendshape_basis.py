@@ -7,7 +7,7 @@ from pathlib import Path
 from elocute.capture.blendshapes.basis_motion import sweep_shapes
 from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
 from elocute.corpus.corpus_store import Corpus
-from elocute.corpus.shard_writing import BASIS
+from elocute.corpus.shards import BASIS
 from elocute.errors import CorpusError
 from elocute.motion.store import load_motion, save_motion
 from elocute.propagation.captured_words import CapturedCorpus

@@ -19,12 +19,11 @@ from pathlib import Path
 
 from elocute.alignment.methods import resolve_method
 from elocute.corpus.corpus_store import open_corpus
-from elocute.corpus.shard_file import sha256_of
-from elocute.corpus.shard_writing import BASIS
-from elocute.corpus.shards import ShardEntry, write_manifest
+from elocute.corpus.shards import BASIS, ShardEntry, write_manifest
 from elocute.encoders.registry import resolve_encoder
 from elocute.errors import CorpusError, OutputError
 from elocute.files.atomic import write_atomically
+from elocute.files.reading import file_sha256
 from elocute.files.work_folder import prepare_work
 from elocute.jobs.pool import FailedTask, Pool, one_after_another
 from elocute.motion.store import load_motion
@@ -222,7 +221,10 @@ def propagate(
             found=f"none of the captured words ({_some(captured)})",
             allowed="recordings of words that a captured speaker says",
         )
-    digests = sha256_of(Path(settings.corpus) / "corpus.json"), sha256_of(Path(settings.basis))
+    digests = (
+        file_sha256(Path(settings.corpus) / "corpus.json", CorpusError),
+        file_sha256(Path(settings.basis), CorpusError),
+    )
     settings = replace(settings, inputs=" ".join(digests))
     (folder / RECORDS).mkdir(exist_ok=True)
     with _locked(folder):
@@ -278,7 +280,7 @@ def finished(task: WordTask) -> WordResult | None:
     shard = record.shard
     if shard is not None:
         path = folder / shard.name
-        if not path.is_file() or sha256_of(path) != shard.sha256:
+        if not path.is_file() or file_sha256(path, CorpusError) != shard.sha256:
             return None
     return record
 

@@ -33,6 +33,7 @@ from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import AlignmentError, InputError, printable
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import read_record
+from elocute.files.reading import FileKind
 from elocute.motion.store import load_motion
 from elocute.numerics.resampling import frame_places, read_rows
 from elocute.one_line_repr import one_line
@@ -45,7 +46,7 @@ SHORTEST_FRAMES = 4  # of a view: 80 ms; nothing shorter is a word
 LONGEST_S = 10.0
 SOURCES_MAX = 8  # captured takes that a recording is compared with
 RECORDS = "records"
-RECORD_MAX_BYTES = 100_000_000
+RECORD_FILE = FileKind("a record of a word", 100_000_000)
 
 
 @dataclass(frozen=True)
@@ -296,7 +297,7 @@ def save_word_result(result: WordResult, path: Path) -> None:
 def load_word_result(path: Path) -> WordResult | None:
     """What `save_word_result` wrote, or None where it is missing or broken."""
     try:
-        stored = read_record(path, max_bytes=RECORD_MAX_BYTES, allowed="a record of a word")
+        stored = read_record(path, RECORD_FILE)
         if not _are_whole(stored, "aligned", "captured", "pairs"):
             return None
         shard = stored["shard"]

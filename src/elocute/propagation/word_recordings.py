@@ -23,7 +23,7 @@ from pathlib import Path
 from elocute.corpus.clip import NAME_PATTERN
 from elocute.errors import CorpusError
 from elocute.files.media import open_media
-from elocute.files.reading import read_text
+from elocute.files.reading import FileKind, read_text
 
 SUFFIXES = {".wav", ".flac", ".ogg", ".opus", ".mp3", ".m4a", ".mp4"}
 FOLDERS = {"train": "train", "val": "validation", "validation": "validation", "test": "test"}
@@ -31,7 +31,7 @@ LRW_NAME = re.compile(r"(.+)_\d{5}")
 DURATION = re.compile(
     r"^Duration:[ \t]*([0-9]{1,9}(?:\.[0-9]{1,30})?)[ \t]*seconds?[ \t\r]*$", re.MULTILINE
 )
-TXT_MAX_BYTES = 100_000
+LRW_TEXT = FileKind("a text as in LRW", 100_000, CorpusError)
 LRW_S, LRW_LONGER_S = 29 / 25, 0.1
 """How long a picture of LRW's lasts, and how much longer its sound may."""
 VALIDATION_SHARE, TEST_SHARE = 0.1, 0.1
@@ -171,7 +171,7 @@ def word_span(recordings: Path, recording: WordRecording, duration_s: float) -> 
     if not recording.timing:
         return 0.0, duration_s
     path = recordings / recording.timing
-    text = read_text(path, max_bytes=TXT_MAX_BYTES, allowed="a text as in LRW", error=CorpusError)
+    text = read_text(path, LRW_TEXT)
     match = DURATION.search(text)
     seconds = float(match.group(1)) if match else 0.0
     if not 0 < seconds <= duration_s + 0.1:
@@ -220,7 +220,7 @@ def _made_of(sound: Path, timing: Path) -> str:
         says = 0
         if timing.is_file():
             with timing.open("rb") as file:
-                says = zlib.crc32(file.read(TXT_MAX_BYTES))
+                says = zlib.crc32(file.read(LRW_TEXT.max_bytes))
         return f"{sound.stat().st_size} {says:08x}"
     return ""
 

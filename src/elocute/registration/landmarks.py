@@ -17,7 +17,7 @@ from elocute.files.array_reading import read_npy
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import parse_json
 from elocute.files.picked_points import PICKED_SUFFIX, picked_points
-from elocute.files.reading import read_text
+from elocute.files.reading import FileKind, read_text
 from elocute.registration.landmark_formats import (
     ALLOWED,
     JAW_COUNT,
@@ -31,7 +31,7 @@ from elocute.registration.landmark_formats import (
 GOOD_MIN = 20
 """Landmarks below which a scan is flagged."""
 CONFIDENT = 0.3
-FILE_MAX_BYTES = 1_000_000
+LANDMARK_FILE = FileKind(ALLOWED, 1_000_000, CaptureError)
 BESIDE_SUFFIXES = (".ljson", ".json", ".pts", PICKED_SUFFIX)
 """In the order in which they are looked for beside a scan."""
 LANDMARK_SUFFIXES = (*BESIDE_SUFFIXES, ".npy", ".txt")
@@ -146,9 +146,9 @@ def _json_points(text: str, path: Path) -> tuple[list[Any], Any]:
 def _points(path: Path, suffix: str) -> tuple[list[Any], Any]:
     """The points of a file, and confidences where it has them."""
     if suffix == ".npy":
-        array = read_npy(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CaptureError)
+        array = read_npy(path, LANDMARK_FILE)
         return array.tolist() if array.ndim == 2 else [], None
-    text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CaptureError)
+    text = read_text(path, LANDMARK_FILE)
     if suffix == ".json":
         return _json_points(text, path)
     if suffix == PICKED_SUFFIX:

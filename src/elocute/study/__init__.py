@@ -7,17 +7,15 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
+    from elocute.study.crowd import (
+        Crowd as Crowd,
+        crowd_answers as crowd_answers,
+        seats_of as seats_of,
+    )
     from elocute.study.design.design import Design as Design
     from elocute.study.design.design_file import read_design as read_design
     from elocute.study.design.plan_settings import Plan as Plan
     from elocute.study.design.power import plan_for as plan_for, plan_study as plan_study
-    from elocute.study.raters.crowd import crowd_answers as crowd_answers, seats_of as seats_of
-    from elocute.study.raters.crowd_settings import Crowd as Crowd
-    from elocute.study.raters.raters import (
-        Raters as Raters,
-        Weights as Weights,
-        watch_study as watch_study,
-    )
     from elocute.study.report.answers import (
         Answer as Answer,
         read_answers as read_answers,

@@ -13,6 +13,7 @@ from torch import Tensor
 from elocute.errors import ModelError, OutputError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import as_record, finite_number, parse_json
+from elocute.files.reading import FileKind
 from elocute.files.safetensors_header import read_tensor_header
 from elocute.files.work_folder import CHECKPOINT
 
@@ -37,7 +38,7 @@ def load_checkpoint(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
     from safetensors import SafetensorError
 
     allowed = "a checkpoint (.safetensors) that training wrote"
-    header = read_tensor_header(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=ModelError)
+    header = read_tensor_header(path, FileKind(allowed, FILE_MAX_BYTES, ModelError))
     text = header.metadata.get("elocute", "")
     record = as_record(
         parse_json(text, path, allowed=allowed, error=ModelError, nan=True),

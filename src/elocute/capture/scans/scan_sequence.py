@@ -20,11 +20,12 @@ from typing import Any
 from elocute.corpus.clip import check_name
 from elocute.errors import CaptureError, CorpusError
 from elocute.files.json_records import read_record, write_record
+from elocute.files.reading import FileKind
 from elocute.motion.motion import FPS_MAX
 from elocute.registration.landmarks import (
     BESIDE_SUFFIXES,
-    FILE_MAX_BYTES,
     GOOD_MIN,
+    LANDMARK_FILE,
     Landmarks,
     no_landmarks,
     read_landmarks,
@@ -163,7 +164,7 @@ class ScanSequence:
                 starts = (0, size // 2, size - SAMPLE) if path == scan else (0,)
                 for start in starts:
                     file.seek(max(0, start))
-                    made_of.update(file.read(SAMPLE if path == scan else FILE_MAX_BYTES))
+                    made_of.update(file.read(SAMPLE if path == scan else LANDMARK_FILE.max_bytes))
         return made_of.hexdigest()
 
     def scan(self, number: int) -> Scan:
@@ -275,9 +276,7 @@ def _read_metadata(folder: Path, fps: float | None) -> SequenceMetadata:
         return SequenceMetadata(fps=fps, sentence=plain or "sequence")
     known = {field.name: type(field.default) for field in fields(SequenceMetadata)}
     allowed_facts = f'{{"format": "{FORMAT}", "version": {VERSION}, "fps": 60, "unit": "mm", …}}'
-    record = read_record(
-        path, max_bytes=MANIFEST_MAX_BYTES, allowed=allowed_facts, error=CaptureError
-    )
+    record = read_record(path, FileKind(allowed_facts, MANIFEST_MAX_BYTES, CaptureError))
     try:
         if record["format"] != FORMAT or record["version"] != VERSION:
             raise ValueError("another format or version")

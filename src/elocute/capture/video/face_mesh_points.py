@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from elocute.files.array_reading import read_npz
 from elocute.files.atomic import write_atomically
+from elocute.files.reading import FileKind
 from elocute.head.mediapipe_face_mesh import CHIN, IRIS, LIPS, POINT_COUNT, RIM
 from elocute.one_line_repr import one_line
 
 TABLE_PATH = Path(__file__).parent / "assets" / "face_points.npz"
-TABLE_MAX_BYTES = 10_000_000
+TABLE_FILE = FileKind("the table that ships", 10_000_000)
 CHIN_TRUST = 3.0  # jaw and lower lip open a mouth alike; the chin tells them apart
 HALF_TRUST_MM = 2.0  # a spread at which a point's trust is half
 
@@ -54,7 +55,7 @@ class FacePoints:
 @cache
 def builtin_face_points() -> FacePoints:
     """The table that ships, read once per process."""
-    stored = read_npz(TABLE_PATH, max_bytes=TABLE_MAX_BYTES, allowed="the table that ships")
+    stored = read_npz(TABLE_PATH, TABLE_FILE)
     return FacePoints(stored["vertices"], stored["shares"], stored["spread_mm"])
 
 

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from elocute.errors import CaptureError
 from elocute.files.media import open_media
-from elocute.files.reading import open_regular
+from elocute.files.reading import FileKind, open_regular
 
-FILE_MAX_BYTES = 2**40
 SIDE_MAX = 1280
 """Larger pictures are reduced: a detector looks at a face in some 200 pixels."""
 PIXELS_MAX = 40_000_000
 """Of a picture, 8K and a little more: a decoder holds several of them."""
 ALLOWED = "a video: .mp4 .mov .mpg .mkv .webm .avi"
+VIDEO_FILE = FileKind(ALLOWED, 2**40, CaptureError)
 
 
 class Video:
@@ -147,5 +147,5 @@ def _check_file(path: Path) -> None:
         found = "an empty file"
     if found:
         raise CaptureError.about(path, found=found, allowed=ALLOWED)
-    with open_regular(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=CaptureError):
+    with open_regular(path, VIDEO_FILE):
         pass

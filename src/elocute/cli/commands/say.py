@@ -137,9 +137,10 @@ def _text(text: str | None, file: Path | None) -> str:
         raise InputError.about(
             STDIN, found=f"more than {TEXT_MAX_BYTES} bytes", allowed=f"up to {TEXT_MAX} letters"
         )
-    from elocute.files.reading import decoded_text
+    from elocute.files.reading import FileKind, decoded_text
 
-    return _said(decoded_text(data, STDIN, allowed="a text in UTF-8 or UTF-16"), STDIN)
+    kind = FileKind("a text in UTF-8 or UTF-16", TEXT_MAX_BYTES)
+    return _said(decoded_text(data, STDIN, kind), STDIN)
 
 
 def _said(text: str, source: str) -> str:

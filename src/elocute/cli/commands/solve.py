@@ -14,6 +14,7 @@ from elocute.cli.outputs import nothing_to_do, warn_of_silence
 from elocute.cli.progress import progress_bar
 from elocute.errors import InputError, MotionError
 from elocute.files.output_plan import OutputPlan
+from elocute.files.reading import ANY_BYTES, FileKind
 from elocute.numerics.frame_rates import frame_rate
 
 if TYPE_CHECKING:
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
     from elocute.motion.motion import Motion
 
 
-HEAD_MAX_BYTES = 2_000_000_000
+HEAD_FILE = FileKind("a head (.npz)", 2_000_000_000)
+VERTEX_FILE = FileKind("a .npy of (frame, vertex, 3) metres", ANY_BYTES, MotionError)
 
 
 def solve_command(
@@ -140,7 +142,7 @@ def _read_head(path: Path) -> HeadModel:
     from elocute.head.store import load_head
 
     try:
-        names = npz_names(path, max_bytes=HEAD_MAX_BYTES, allowed="a head (.npz)")
+        names = npz_names(path, HEAD_FILE)
         is_motion = "weights" in names
     except InputError:
         is_motion = False  # what reads it says what is wrong
@@ -151,4 +153,4 @@ def _read_vertices(path: Path) -> ArrayFile:
     """(frame, vertex, 3) as `-o talk.npy` writes them, left on disk. Raises MotionError."""
     from elocute.files.array_file import ArrayFile
 
-    return ArrayFile(path, allowed="a .npy of (frame, vertex, 3) metres", error=MotionError)
+    return ArrayFile(path, VERTEX_FILE)

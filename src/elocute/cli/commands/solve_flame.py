@@ -11,6 +11,7 @@ from elocute.cli.outputs import nothing_to_do
 from elocute.cli.progress import counted, progress_bar
 from elocute.errors import HeadError, OutputError
 from elocute.files.output_plan import OutputPlan
+from elocute.files.reading import ANY_BYTES, FileKind
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from elocute.head.flame_parameters import FlameParameters
 
     Solved = tuple[FlameParameters, NDArray[np.float64]]
+
+VERTEX_FILE = FileKind("a .npy of (frame, vertex, 3) metres", ANY_BYTES, HeadError)
 
 SUFFIX = ".npz"
 
@@ -154,4 +157,4 @@ def _vertices(path: Path, fps: float) -> tuple[NDArray[np.float32] | ArrayFile, 
     if path.suffix.lower() == SUFFIX:
         motion = load_motion(path)
         return motion.vertices(), motion.fps
-    return ArrayFile(path, allowed="a .npy of (frame, vertex, 3) metres", error=HeadError), fps
+    return ArrayFile(path, VERTEX_FILE), fps

@@ -100,7 +100,7 @@ def serve_command(
     ELOCUTE_STUDY_ADMIN_TOKEN has to be set; who knows it may ask for the answers at
     /admin/answers.csv.
     """
-    from elocute.study.serving.listening import listening, serve
+    from elocute.study.serving.connections import listening, serve
     from elocute.study.serving.server import (
         Serving,
         StudyService,
@@ -132,7 +132,7 @@ def serve_command(
 @app.command("links")
 def links_command(
     folder: Path = Folder,
-    count: int = typer.Option(..., min=1, max=10_000, help="How many."),
+    count: int = typer.Option(..., min=1, max=10_000, help="Number of links."),
     site: str = typer.Option("http://127.0.0.1:8765", help="Where the study is reached."),
     database: str = Database,
 ) -> None:

@@ -11,15 +11,13 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
-from elocute.cli.progress import progress_bar
 from elocute.cli.settings_options import option, options_of
 from elocute.errors import StudyError
+from elocute.study.crowd import Crowd
 from elocute.study.design.plan_settings import Plan
-from elocute.study.raters.crowd_settings import Crowd
 
 if TYPE_CHECKING:
     from elocute.study.design.design import Design
-    from elocute.study.raters.raters import Raters
     from elocute.study.report.answers import Answer
 
 OF_STUDY = ("trials", "stimuli", "comparisons", "margin", "confidence")
@@ -71,16 +69,14 @@ def _answers(
     """The table, and the SHA-256 of it as CSV where it has no file."""
     import hashlib
 
-    from elocute.files.reading import read_bytes
+    from elocute.files.reading import FileKind, read_bytes
     from elocute.study.report.answers import FILE_MAX_BYTES, answers_text, read_answers
 
     if answers is not None:
         if database:
             raise StudyError.about("--database", found="--answers beside it", allowed="one of them")
         table = read_answers(answers)
-        data = read_bytes(
-            answers, max_bytes=FILE_MAX_BYTES, allowed="a table of answers", error=StudyError
-        )
+        data = read_bytes(answers, FileKind("a table of answers", FILE_MAX_BYTES, StudyError))
         return table, hashlib.sha256(data).hexdigest()
     from elocute.study.serving.store import Store
 
@@ -166,22 +162,15 @@ def plan_command(
 def simulate_command(
     study: Path = StudyFile,
     output: Path = typer.Option(..., "-o", "--output", help="Table of answers (.csv, .json)."),
-    people: int = typer.Option(50, min=1, max=100_000, help="How many."),
-    raters: bool = typer.Option(
-        False,
-        "--raters",
-        help="They look at the motion of each condition: its timing against the sound, its seals, "
-        "and how much it moves. A model of people, not people.",
-    ),
+    people: int = typer.Option(50, min=1, max=100_000, help="Number of people."),
     level: list[str] | None = typer.Option(
         None,
         help="CONDITION=NUMBER, its strength: logits, or points of a rating. Can be repeated; 0, "
-        "or 50 points, where none is given. With --raters, of conditions not to be looked at, and "
-        "0 is a face with nothing to blame.",
+        "or 50 points, where none is given.",
     ),
     data: Path | None = StudyData,
     crowd: Crowd = options_of(Crowd, without=("levels",)),
-    seed: int = typer.Option(0, min=0, help="Of people, stimuli and answers."),
+    seed: int = typer.Option(0, min=0, help="Seed of people, stimuli and answers."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
 ) -> None:
@@ -190,57 +179,26 @@ def simulate_command(
     What comes of it is no evidence of what people see, and a report of it says so.
     """
     from elocute.cli.outputs import check_file_suffix, plan_files
+    from elocute.study.crowd import crowd_answers, seats_of
     from elocute.study.design.design_file import read_design
-    from elocute.study.raters.crowd import crowd_answers, seats_of
     from elocute.study.report.answers import SUFFIXES, write_answers
     from elocute.study.stimuli.manifest import known_design
     from elocute.study.stimuli.sources import has_patterns
 
     check_file_suffix(output, *SUFFIXES)
     design, _ = known_design(study, data)
-    if data is not None and not raters and not has_patterns(read_design(study)):
-        allowed = "--raters, or a study with a pattern of sounds (ours/*.mp4)"
-        raise StudyError.about("--data", found="no --raters beside it", allowed=allowed)
+    if data is not None and not has_patterns(read_design(study)):
+        allowed = "a study with a pattern of sounds (ours/*.mp4)"
+        raise StudyError.about("--data", found="no pattern in the study", allowed=allowed)
     levels = _levels(level or [], [each.name for each in design.judged])
     crowd = replace(crowd, levels=levels)
     plan = plan_files([study], [output], overwrite, no_clobber)
     if not plan.wants(output):
         return
-    watched = _watched(study, data, levels) if raters else None
-    design = watched.design if watched else design
-    answers = crowd_answers(design, crowd, seats_of(design, people), seed, watched)
+    answers = crowd_answers(design, crowd, seats_of(design, people), seed)
     with plan.writing(output):
         write_answers(answers, output)
-    if watched and watched.sights:
-        _print_seen(watched)
     print(f"{output}: {len(answers)} answers of {people} simulated people")
-
-
-def _watched(study: Path, data: Path | None, levels: dict[str, float]) -> Raters:
-    from elocute.study.raters.raters import watch_study
-
-    with progress_bar("looking at motion") as progress:
-        return watch_study(study, data=data, levels=levels, progress=progress)
-
-
-def _print_seen(raters: Raters) -> None:
-    """What raters saw, condition by condition."""
-    table = raters.table()
-    width = max(map(len, (*table, "condition")))
-    print(
-        f"{'condition':{width}}  strength  fit  late, ms  seals missed  false/s  99 %, mm  shut, %"
-    )
-    for name, row in table.items():
-        cells = (
-            f"{row['strength']:8.2f}",
-            f"{row['fit']:4.2f}",
-            f"{1000 * row['late_s']:8.0f}",
-            f"{100 * row['missed_seals']:10.0f} %",
-            f"{row['false_seals']:7.2f}",
-            f"{row['opening_mm']:8.1f}",
-            f"{100 * row['shut']:7.0f}",
-        )
-        print("  ".join((f"{name:{width}}", *cells)))
 
 
 def _levels(given: list[str], names: list[str]) -> dict[str, float]:

@@ -26,11 +26,11 @@ from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.importers.frame_gaps import filled, frame_rows
 from elocute.corpus.importers.import_report import Progress, SkippedClips, require_clips
-from elocute.corpus.importers.length_scale import metres_per_unit
 from elocute.corpus.importers.split_choice import choose_splits
+from elocute.corpus.length_units import metres_per_unit
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
-from elocute.files.reading import bytes_text, read_bytes
+from elocute.files.reading import FileKind, bytes_text, read_bytes
 from elocute.meshes.mesh_file import read_mesh_file
 
 FPS = 25.0
@@ -55,29 +55,11 @@ def convert_biwi(
     split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Convert B3D(AC)² into a corpus.
+    """Convert B3D(AC)² into a corpus, as `registry.convert` does; a line for each assumption.
 
     The scanner's meshes face the front with y down: where the neutral mesh looks along -Z, all is
-    turned by half a turn about x.
-
-    Parameters
-    ----------
-    source : Path
-        A folder as the module describes it.
-    output : Path
-        The corpus folder, new.
-    leave_out, units, split, progress
-        As for `registry.convert`.
-
-    Returns
-    -------
-    list of str
-        A line for each thing that was assumed or skipped.
-
-    Raises
-    ------
-    InputError
-        For missing files and another topology; nothing is written then.
+    turned by half a turn about x. Raises InputError for missing files and another topology; nothing
+    is written then.
     """
     folders = list(_sentences(source))
     if not folders:
@@ -138,9 +120,7 @@ def read_vl(path: Path) -> Float32Array:
     CorpusError
         For a file of another size than its number of vertices needs.
     """
-    data = read_bytes(
-        path, max_bytes=FILE_MAX_BYTES, allowed="a .vl of vertices", error=_BrokenFrameError
-    )
+    data = read_bytes(path, FileKind("a .vl of vertices", FILE_MAX_BYTES, _BrokenFrameError))
     count = int.from_bytes(data[:4], "little", signed=True) if len(data) >= 4 else -1
     if count < 1 or len(data) != 4 + 12 * count:
         raise _BrokenFrameError.about(

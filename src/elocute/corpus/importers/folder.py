@@ -8,6 +8,7 @@ templates.pkl                      {subject: (vertex, 3)}
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,19 +19,18 @@ from elocute.audio.read import probe_audio, read_audio
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_writing import corpus_writer
 from elocute.corpus.frame_rates import choose_frame_rate
-from elocute.corpus.importers.foreign_arrays import FLOATS, checked_templates, open_float_array
+from elocute.corpus.importers.foreign_arrays import FLOATS_FILE, checked_templates, open_float_array
 from elocute.corpus.importers.frame_gaps import check_frames
 from elocute.corpus.importers.import_report import Progress, SkippedClips, require_clips
-from elocute.corpus.importers.length_scale import metres_per_unit
-from elocute.corpus.importers.published_splits import VOCASET_SUBJECTS
-from elocute.corpus.importers.split_choice import choose_splits
+from elocute.corpus.importers.split_choice import VOCASET_SUBJECTS, choose_splits
 from elocute.corpus.importers.vocaset import read_texts, sentence_id
+from elocute.corpus.length_units import metres_per_unit
 from elocute.corpus.topologies import topology_of
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_reading import read_npy
 from elocute.files.pickles.closed_pickle import read_pickle
 
-ARRAY_MAX_BYTES = 8_000_000_000
+ARRAY_FILE = replace(FLOATS_FILE, max_bytes=8_000_000_000)
 FOLDERS = ("vertices_npy", "wav")
 PROBED = 24
 """Most clips whose lengths are compared to find the frame rate."""
@@ -47,29 +47,11 @@ def convert_folder(
     split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Convert such a folder into a corpus.
+    """Convert such a folder into a corpus, as `registry.convert` does; a line for each assumption.
 
-    Parameters
-    ----------
-    source : Path
-        A folder as the module describes it.
-    output : Path
-        The corpus folder, new.
-    fps : float, optional
-        Frames per second of the arrays, which do not say it; by default from the lengths of the
-        sounds and the mesh (BIWI has 25; VOCASET 60, or 30 where every second frame was kept).
-    texts, leave_out, units, split, progress
-        As for `registry.convert`.
-
-    Returns
-    -------
-    list of str
-        A line for each thing that was assumed or skipped.
-
-    Raises
-    ------
-    InputError
-        For missing, foreign or damaged files and another topology; nothing is written then.
+    The arrays do not say their frame rate: without `fps` it follows from the lengths of the sounds
+    and the mesh (BIWI has 25; VOCASET 60, or 30 where every second frame was kept). Raises
+    InputError for missing, foreign or damaged files and another topology; nothing is written then.
     """
     _check_folders(source)
     path = source / "templates.pkl"
@@ -166,19 +148,9 @@ def _sentence(subject: str, number: str, text: str) -> str:
 
 
 def subject_and_sentence(stem: str, templates: dict[str, Any]) -> tuple[str, str]:
-    """Subject and sentence of a file called SUBJECT_SENTENCE.
+    """Subject and sentence of a file called SUBJECT_SENTENCE, without its suffix.
 
-    Parameters
-    ----------
-    stem : str
-        The name of the file without its suffix.
-    templates : dict of str
-        The known subjects, whose own names may contain `_`.
-
-    Returns
-    -------
-    subject, sentence : str
-        "" and the whole name for an unknown subject.
+    Known subjects may contain `_`; for an unknown one they are "" and the whole name.
     """
     for subject in sorted(templates, key=len, reverse=True):
         if stem.startswith(f"{subject}_"):
@@ -205,9 +177,9 @@ def read_vertices(path: Path, count: int) -> NDArray[np.float32]:
     CorpusError
         For anything else, another topology included.
     """
-    array = read_npy(path, max_bytes=ARRAY_MAX_BYTES, allowed=FLOATS, error=CorpusError)
+    array = read_npy(path, ARRAY_FILE)
     if array.dtype.kind != "f":
-        raise CorpusError.about(path, found=f"{array.dtype}", allowed=FLOATS)
+        raise ARRAY_FILE.unusable(path, f"{array.dtype}")
     flat = array.ndim == 2 and array.shape[1] == 3 * count
     if not flat and (array.ndim != 3 or array.shape[1:] != (count, 3)):
         found = array.shape[1] // 3 if array.ndim == 2 else array.shape[1] if array.ndim > 1 else 0

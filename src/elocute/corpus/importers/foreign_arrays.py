@@ -13,8 +13,9 @@ from elocute.audio.waveform import Waveform
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_file import ArrayFile
 from elocute.files.json_records import finite_number
+from elocute.files.reading import ANY_BYTES, FileKind
 
-FLOATS = "a .npy of floats, no Python objects"
+FLOATS_FILE = FileKind("a .npy of floats, no Python objects", ANY_BYTES, CorpusError)
 NAME_MAX = 120
 RATE_MAX = 1_000_000
 
@@ -115,47 +116,18 @@ def one_line_name(name: Any) -> str:
 def open_float_array(path: Path) -> ArrayFile:
     """Open a .npy of floats whose rows stay on disk.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    ArrayFile
-        Its rows.
-
-    Raises
-    ------
-    CorpusError
-        For objects or other numbers, and for a file that is damaged or missing.
+    Raises CorpusError for objects or other numbers, and for a file that is damaged or missing.
     """
-    array = ArrayFile(path, allowed=FLOATS, error=CorpusError)
+    array = ArrayFile(path, FLOATS_FILE)
     if array.dtype.kind != "f":
-        raise CorpusError.about(path, found=f"{array.dtype}", allowed=FLOATS)
+        raise FLOATS_FILE.unusable(path, f"{array.dtype}")
     return array
 
 
 def checked_waveform(audio: Any, sample_rate: Any) -> Waveform:
-    """Check samples and make a Waveform of them.
+    """Make a Waveform of samples (sample,) or (sample, channel), whose channels are averaged.
 
-    Parameters
-    ----------
-    audio : object
-        Samples (sample,) or (sample, channel), floats within ±1 or integers of full scale;
-        channels are averaged.
-    sample_rate : object
-        Hz.
-
-    Returns
-    -------
-    Waveform
-        One channel.
-
-    Raises
-    ------
-    AudioError
-        For anything else.
+    They are floats within ±1 or integers of full scale. Raises AudioError for anything else.
     """
     rate = finite_number(sample_rate.item() if isinstance(sample_rate, np.generic) else sample_rate)
     if (

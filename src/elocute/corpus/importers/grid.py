@@ -28,6 +28,7 @@ from elocute.corpus.importers.split_choice import choose_splits
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_reading import read_npz
 from elocute.files.json_records import parse_json
+from elocute.files.reading import FileKind
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mediapipe_face_mesh import (
     INNER_LOWER,
@@ -44,67 +45,34 @@ from elocute.numerics.smoothing import gaussian_smoothed
 SUBJECT = "grid"
 NOTE = "A talker tracked in video (GRID audio-visual corpus, Cooke et al. 2006, CC BY 4.0)."
 CALM_FRAMES = 2.0  # standard deviation of the blur that steadies the nose
-FIELDS_MAX_BYTES = 16_000_000
 FRAMES_MAX = 100_000
 ALLOWED = "the fields of grid_s1"
+FIELDS_MAX_BYTES = 16_000_000
+FIELDS_FILE = FileKind(ALLOWED, FIELDS_MAX_BYTES, CorpusError)
 SCALARS = ("inner_opening_mean", "lip_width", "jaw", "lower_lip", "upper_lip")
 SILENCE = ("sil", "sp", "")
 
 
 @dataclass(frozen=True, eq=False)
 class TrackedLips:
-    """The lips of one clip in units of the outer eye-corner distance, y up and z out of the face.
+    """The lips of a clip in units of the outer eye-corner distance, y up, z out of the face."""
 
-    Attributes
-    ----------
-    name : str
-        Of the clip.
-    fps : float
-        Frames per second.
-    points : (frame, contour, point, 3) float64
-        From the point below the nose, along `LIP_CONTOURS`.
-    scalars : dict of str to (frame,) float64
-        Distances by name, those of `SCALARS`.
-    words : tuple of str
-        What is said.
-    """
-
-    name: str
-    fps: float
+    name: str  # of the clip
+    fps: float  # frames per second
+    # (frame, contour, point, 3) from the point below the nose, along `LIP_CONTOURS`.
     points: Float64Array
-    scalars: dict[str, Float64Array]
-    words: tuple[str, ...]
+    scalars: dict[str, Float64Array]  # distances by name, those of `SCALARS`
+    words: tuple[str, ...]  # what is said
 
 
 def grid_clips(
     folder: str | Path, *, leave_out: set[str], fps: float, skipped: list[str] | None = None
 ) -> Iterator[tuple[Clip, float]]:
-    """Fit the built-in head to the clips of a folder, one after another.
+    """Fit the built-in head to the clips of a folder, one after another, at a frame rate.
 
-    Subjects are called `grid` and sentences as their files.
-
-    Parameters
-    ----------
-    folder : str or Path
-        As the module describes it.
-    leave_out : set of str
-        Names of clips, which are not even opened.
-    fps : float
-        Frames per second of the result.
-    skipped : list of str, optional
-        A line is appended for each clip that cannot be read.
-
-    Yields
-    ------
-    clip : Clip
-        Weights of the built-in head.
-    residual_mm : float
-        RMS distance that the fit leaves in x and y, mm.
-
-    Raises
-    ------
-    CorpusError
-        Where no clip is left.
+    Yields each clip and the RMS distance that its fit leaves in x and y, mm. Subjects are called
+    `grid` and sentences as their files. Names in `leave_out` are not even opened; `skipped` gets a
+    line for each clip that cannot be read. Raises CorpusError where no clip is left.
     """
     notes = skipped if skipped is not None else []
     paths = [p for p in sorted(Path(folder).glob("*.npz")) if p.stem not in leave_out]
@@ -144,28 +112,10 @@ def convert_grid(
     split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Convert all clips of `source`, or of `source/clips`, into a corpus.
+    """Convert all clips of `source`, or of `source/clips`, as `registry.convert` does.
 
-    Parameters
-    ----------
-    source : Path
-        The folder.
-    output : Path
-        The corpus folder, new.
-    fps : float
-        Frames per second of the corpus.
-    leave_out, split, progress
-        As for `registry.convert`.
-
-    Returns
-    -------
-    list of str
-        A line for each thing that was skipped, the residual, and the split.
-
-    Raises
-    ------
-    CorpusError
-        Where no clip can be used; nothing is written then.
+    A line for each thing that was skipped, the residual, and the split. Raises CorpusError where no
+    clip can be used; nothing is written then.
     """
     folder = source / "clips" if (source / "clips").is_dir() else source
     total = max(1, sum(p.stem not in leave_out for p in folder.glob("*.npz")))
@@ -197,39 +147,24 @@ def convert_grid(
 
 
 def read_tracked_lips(path: Path) -> TrackedLips:
-    """Read one tracked clip; frames without a face are interpolated.
+    """Read one tracked clip (.npz); frames without a face are interpolated.
 
-    Parameters
-    ----------
-    path : Path
-        Its `.npz`.
-
-    Returns
-    -------
-    TrackedLips
-        The lips.
-
-    Raises
-    ------
-    CorpusError
-        For missing fields, unusable numbers, or fewer than two frames with a face.
+    Raises CorpusError for missing fields, unusable numbers, or fewer than two frames with a face.
     """
-    fields = read_npz(path, max_bytes=FIELDS_MAX_BYTES, allowed=ALLOWED, error=CorpusError)
+    fields = read_npz(path, FIELDS_FILE)
     try:
         return _tracked_lips(path, fields)
     except CorpusError:
         raise
     except (KeyError, ValueError, TypeError, IndexError, OverflowError) as error:
-        raise CorpusError.about(
-            path, found=f"no tracked lips in it ({str(error)[:80]})", allowed=ALLOWED
-        ) from error
+        raise FIELDS_FILE.unusable(path, f"no tracked lips in it ({str(error)[:80]})") from error
 
 
 def _tracked_lips(path: Path, fields: dict[str, NDArray[Any]]) -> TrackedLips:
     """The lips in the fields of a file; raises what NumPy raises where they do not fit."""
-    given = np.asarray(fields["lip_xyz"], np.float64)
-    if given.ndim != 3 or given.shape[2] != 3 or len(given) > FRAMES_MAX:
-        raise ValueError(f"lip_xyz of shape {given.shape}")
+    pixels = np.asarray(fields["lip_xyz"], np.float64)
+    if pixels.ndim != 3 or pixels.shape[2] != 3 or len(pixels) > FRAMES_MAX:
+        raise ValueError(f"lip_xyz of shape {pixels.shape}")
     index = {int(number): place for place, number in enumerate(fields["lip_idx"].tolist())}
     unit = float(np.ravel(fields["eye_dist_px"])[0])
     valid = np.flatnonzero(np.asarray(fields["valid"]) > 0.5)
@@ -239,37 +174,25 @@ def _tracked_lips(path: Path, fields: dict[str, NDArray[Any]]) -> TrackedLips:
     fps = float(fields["fps"])
     if not 0 < fps <= FPS_MAX or not 0 < unit < np.inf:
         raise ValueError("no rate or unit")
-    if any(len(values) != len(given) for values in scalars.values()):
+    if any(len(values) != len(pixels) for values in scalars.values()):
         raise ValueError("fields of different lengths")
     contours = [[index[number] for number in contour] for contour in LIP_CONTOURS]
-    nose = gaussian_smoothed(_bridged(given[:, index[UNDER_NOSE]], valid), CALM_FRAMES)
-    points = _bridged(given, valid)[:, contours] - nose[:, None, None]
+    nose = gaussian_smoothed(_bridged(pixels[:, index[UNDER_NOSE]], valid), CALM_FRAMES)
+    points = _bridged(pixels, valid)[:, contours] - nose[:, None, None]
     scalars = {name: _bridged(values, valid) for name, values in scalars.items()}
     with np.errstate(over="ignore", invalid="ignore"):
         points = points * [1, -1, -1] / unit
     if not np.isfinite(points).all():
-        raise CorpusError.about(path, found="points that are not finite", allowed=ALLOWED)
+        raise FIELDS_FILE.unusable(path, "points that are not finite")
     said = tuple(word for word in words if word not in SILENCE)
     return TrackedLips(path.stem, fps, points, scalars, said)
 
 
 def resting_lips(paths: list[Path]) -> TrackedLips:
-    """The talker at rest: the median of frames with nearly closed lips, over clips.
+    """The talker at rest, one frame: the median of frames with nearly closed lips, over clips.
 
-    Parameters
-    ----------
-    paths : list of Path
-        Clips; those without such a frame, or that cannot be read, do not count.
-
-    Returns
-    -------
-    TrackedLips
-        One frame.
-
-    Raises
-    ------
-    CorpusError
-        Where no clip counts.
+    Clips without such a frame, or that cannot be read, do not count. Raises CorpusError where none
+    does.
     """
     points: list[Float64Array] = []
     scalars: dict[str, list[float]] = {name: [] for name in SCALARS}
@@ -292,25 +215,11 @@ def resting_lips(paths: list[Path]) -> TrackedLips:
 
 
 def lip_motion(track: TrackedLips, rest: TrackedLips, scale: float) -> LipMotion:
-    """What moved, at the size of a head.
+    """What moved from rest, at the size of a head, whose outer eye corners are `scale` mm apart.
 
     A tracker sees a small gap between lips that touch; it is removed where lips are nearly closed,
     so that closed means closed on the head. The mouth as a whole stays in the middle: seen from the
     front, a head that turns looks like a jaw that slides.
-
-    Parameters
-    ----------
-    track : TrackedLips
-        The clip.
-    rest : TrackedLips
-        The talker at rest.
-    scale : float
-        Distance of the head's outer eye corners, mm.
-
-    Returns
-    -------
-    LipMotion
-        Displacements from rest.
     """
     seen = track.scalars["inner_opening_mean"]
     ease = tracked_opening_share(seen)

@@ -29,14 +29,7 @@ class SkippedClips:
         self._clips.setdefault(reason, []).append(clip)
 
     def notes(self) -> list[str]:
-        """Say what was left out.
-
-        Returns
-        -------
-        list of str
-            `CLIP: REASON` for each clip, or `REASON: N clips (…)` where more than `NAMED_MAX`
-            clips share a reason.
-        """
+        """What was left out: `CLIP: REASON`, or `REASON: N clips (…)` where many share a reason."""
         lines = []
         for reason, clips in self._clips.items():
             if len(clips) <= NAMED_MAX:
@@ -52,24 +45,7 @@ class SkippedClips:
 def require_clips(
     writer: CorpusWriter, source: Path, skipped: Sequence[str], remedy: str = ""
 ) -> None:
-    """Refuse a corpus without a clip.
-
-    Parameters
-    ----------
-    writer : CorpusWriter
-        What was written so far.
-    source : Path
-        The folder that is imported.
-    skipped : sequence of str
-        Notes of clips that were left out; the first appears in the message.
-    remedy : str
-        What to do.
-
-    Raises
-    ------
-    CorpusError
-        Where nothing was written.
-    """
+    """Raise CorpusError where nothing was written of a folder, with the first reason for it."""
     if not writer.entries:
         why = f" ({skipped[0]})" if skipped else ""
         raise CorpusError.about(source, found=f"no clip that can be used{why}", remedy=remedy)

@@ -59,26 +59,15 @@ SMOOTH_MM2 = 6.0  # what a squared change between two frames costs
 
 @dataclass(frozen=True, eq=False)
 class LipMotion:
-    """Tracked lips as displacements from the talker's rest, at the size of the head.
+    """Tracked lips as displacements from the talker's rest, at the size of the head."""
 
-    Attributes
-    ----------
-    points : (frame, contour, point, 3) float64
-        Along `LIP_CONTOURS` of the face mesh, mm; inner lips that touch move together.
-    gap : (frame,) float64
-        Between the inner lips, mm; 0 where they touch.
-    closed : (frame,) bool
-        Whether they touch.
-    width : (frame,) float64
-        How much wider the mouth is than at rest, mm.
-    upper, lower, jaw : (frame,) float64
-        How much further than at rest upper lip, lower lip and chin are from the nose, mm.
-    """
-
+    # (frame, contour, point, 3) along `LIP_CONTOURS` of the face mesh, mm; inner lips that touch
+    # move together.
     points: Float64Array
-    gap: Float64Array
-    closed: NDArray[np.bool_]
-    width: Float64Array
+    gap: Float64Array  # (frame,) between the inner lips, mm; 0 where they touch
+    closed: NDArray[np.bool_]  # (frame,) whether they touch
+    width: Float64Array  # (frame,) how much wider the mouth is than at rest, mm
+    # (frame,) how much further than at rest upper lip, lower lip and chin are from the nose, mm.
     upper: Float64Array
     lower: Float64Array
     jaw: Float64Array
@@ -88,29 +77,18 @@ class LipMotion:
 
 @dataclass(frozen=True, eq=False)
 class LipShapeEffects:
-    """What one unit of each speech shape does at the places where lips are tracked, mm.
+    """What one unit of each speech shape does at the places where lips are tracked, mm."""
 
-    Attributes
-    ----------
-    points : (component, contour, point, 3) float64
-        Displacements of the tracked points.
-    gaps : (component, column) float64
-        Of the inner lips, over the head's columns of lip vertices.
-    middle : (component,) float64
-        Mean gap of the columns that `measure_mouth` takes.
-    width, upper, lower, jaw : (component,) float64
-        As in `LipMotion`.
-    share : (column, point) float64
-        Interpolates a gap along `INNER_UPPER` to the head's columns.
-    """
-
-    points: Float64Array
+    points: Float64Array  # (component, contour, point, 3) displacements of the tracked points
+    # (component, column) of the inner lips, over the head's columns of lip vertices.
     gaps: Float64Array
-    middle: Float64Array
+    middle: Float64Array  # (component,) mean gap of the columns that `measure_mouth` takes
+    # (component,) as in `LipMotion`.
     width: Float64Array
     upper: Float64Array
     lower: Float64Array
     jaw: Float64Array
+    # (column, point) interpolates a gap along `INNER_UPPER` to the head's columns.
     share: Float64Array
 
 

@@ -10,9 +10,9 @@ from elocute.corpus.importers.biwi import convert_biwi
 from elocute.corpus.importers.folder import convert_folder
 from elocute.corpus.importers.grid import convert_grid
 from elocute.corpus.importers.import_report import Progress
-from elocute.corpus.importers.length_scale import parse_length_unit
 from elocute.corpus.importers.split_choice import check_split_choice
 from elocute.corpus.importers.vocaset import convert_vocaset
+from elocute.corpus.length_units import parse_length_unit
 from elocute.errors import CorpusError
 from elocute.motion.motion import FPS_MAX
 
@@ -22,22 +22,9 @@ FIXED_FPS = {"vocaset": vocaset.FPS, "biwi": biwi.FPS}
 
 
 def detect_format(source: Path) -> str:
-    """Find the format of a folder.
+    """The format, of `FORMATS`, of a folder as others distribute it.
 
-    Parameters
-    ----------
-    source : Path
-        A folder as others distribute it.
-
-    Returns
-    -------
-    str
-        One of `FORMATS`.
-
-    Raises
-    ------
-    CorpusError
-        Where it is none of them.
+    Raises CorpusError where it is none of them.
     """
     if not source.is_dir():
         raise CorpusError.about(source, found="no folder", allowed="a folder of recordings")

@@ -26,14 +26,13 @@ from elocute.corpus.importers.foreign_arrays import (
 )
 from elocute.corpus.importers.frame_gaps import check_frames, filled, frame_rows
 from elocute.corpus.importers.import_report import Progress, require_clips
-from elocute.corpus.importers.published_splits import VOCASET_SUBJECTS
-from elocute.corpus.importers.split_choice import choose_splits
+from elocute.corpus.importers.split_choice import VOCASET_SUBJECTS, choose_splits
 from elocute.corpus.split import ClipEntry
 from elocute.errors import AudioError, CorpusError
 from elocute.files.array_file import ArrayFile
 from elocute.files.json_records import parse_json
 from elocute.files.pickles.closed_pickle import read_pickle
-from elocute.files.reading import read_text
+from elocute.files.reading import FileKind, read_text
 
 FPS = 60.0
 VERTICES = 5023  # FLAME's mesh
@@ -55,32 +54,12 @@ def convert_vocaset(
     split: str | None = None,
     progress: Progress = None,
 ) -> list[str]:
-    """Convert VOCASET into a corpus.
+    """Convert VOCASET into a corpus, as `registry.convert` does; a line for each assumption.
 
-    VOCASET's sentence numbers mean another text with each subject. Without texts, no two subjects
-    share a sentence identifier; with texts, those share one that say the same.
-
-    Parameters
-    ----------
-    source : Path
-        A folder as the module describes it.
-    output : Path
-        The corpus folder, new.
-    texts : Path, optional
-        What is said, as for `read_texts`.
-    leave_out, split, progress
-        As for `registry.convert`.
-
-    Returns
-    -------
-    list of str
-        A line for each thing that was assumed or skipped.
-
-    Raises
-    ------
-    InputError
-        For missing, foreign or damaged files, another topology, and rows that do not exist; nothing
-        is written then.
+    VOCASET's sentence numbers mean another text with each subject. Without texts, as for
+    `read_texts`, no two subjects share a sentence identifier; with texts, those share one that say
+    the same. Raises InputError for missing, foreign or damaged files, another topology, and rows
+    that do not exist; nothing is written then.
     """
     vertices = _open_vertices(source)
     path = source / "templates.pkl"
@@ -136,25 +115,13 @@ def _open_vertices(source: Path) -> ArrayFile:
 
 
 def read_texts(path: Path) -> Texts:
-    """Read what is said in each sentence.
+    """Read what is said, by subject and sentence.
 
-    Parameters
-    ----------
-    path : Path
-        .json {subject: {sentence: text}}, or lines of `subject TAB sentence TAB text`.
-
-    Returns
-    -------
-    dict of (str, str) to str
-        Text by subject and sentence.
-
-    Raises
-    ------
-    CorpusError
-        For anything else.
+    From .json {subject: {sentence: text}}, or lines of `subject TAB sentence TAB text`. Raises
+    CorpusError for anything else.
     """
     allowed = "subject TAB sentence TAB text, or .json {subject: {sentence: text}}"
-    text = read_text(path, max_bytes=TEXTS_MAX_BYTES, allowed=allowed, error=CorpusError)
+    text = read_text(path, FileKind(allowed, TEXTS_MAX_BYTES, CorpusError))
     try:
         if path.suffix.lower() == ".json":
             return {
@@ -180,19 +147,9 @@ def _checked_text(text: Any) -> str:
 
 
 def sentence_id(subject: str, number: str, text: str) -> str:
-    """An identifier that all who say the same words share.
+    """An identifier, from a hash of the words, that all who say the same share.
 
-    Parameters
-    ----------
-    subject, number : str
-        The subject, and the sentence's name in the distribution.
-    text : str
-        The words, or "".
-
-    Returns
-    -------
-    str
-        From a hash of the words; without words, one that nobody shares.
+    Without words it is one that nobody shares, from the sentence's name in the distribution.
     """
     words = " ".join("".join(c if c.isalnum() else " " for c in text.casefold()).split())
     return f"t{hashlib.sha256(words.encode()).hexdigest()[:12]}" if words else f"{subject}_{number}"

@@ -30,7 +30,7 @@ from elocute.files.pickles.pickle_objects import (
     new_object,
     tuple_of,
 )
-from elocute.files.reading import read_bytes
+from elocute.files.reading import FileKind, read_bytes
 
 FILE_MAX_BYTES = 2_000_000_000
 STEPS_MAX = 5_000_000
@@ -40,33 +40,18 @@ __all__ = ["SparseMatrix", "read_pickle"]
 
 
 def read_pickle(path: str | Path, *, max_bytes: int = FILE_MAX_BYTES) -> Any:
-    """Read a pickle (protocols 0 to 5) of Python 2 or 3 as inert data.
+    """Read a pickle (protocols 0 to 5) of Python 2 or 3, of up to `max_bytes`, as inert data.
 
     Text of Python 2 is read as Latin-1. Arrays are read-only views of the file's bytes, so that
     nothing large is copied; a chumpy object becomes its array, a scipy matrix a `SparseMatrix`, an
     OrderedDict a dict. Reading takes memory in proportion to the file, and so does a walk over the
     result: what is shared counts as often as it is met.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    max_bytes : int
-        Largest size of the file, bytes.
-
-    Returns
-    -------
-    object
-        What the pickle holds.
-
-    Raises
-    ------
-    InputError
-        For a file that is missing, larger, cut short or not a pickle, unfolds to far more than its
-        size, or holds anything else.
+    Raises InputError for a file that is missing, larger, cut short or not a pickle, unfolds to far
+    more than its size, or holds anything else.
     """
     path = Path(path)
-    data = read_bytes(path, max_bytes=max_bytes, allowed="a pickle")
+    data = read_bytes(path, FileKind("a pickle", max_bytes))
     try:
         return _Machine(data).run()
     except RefusedError as refusal:

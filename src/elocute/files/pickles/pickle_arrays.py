@@ -21,27 +21,13 @@ AXIS_MAX = 2**40
 
 @dataclass(frozen=True, eq=False)
 class SparseMatrix:
-    """A matrix as scipy stores it by columns ("csc") or by rows ("csr"), checked.
+    """A matrix as scipy stores it by columns ("csc") or by rows ("csr"), checked."""
 
-    Attributes
-    ----------
-    layout : str
-        "csc" or "csr".
-    data : (entry,) array
-        Numbers.
-    indices : (entry,) int
-        Row (csc) or column (csr) of each.
-    indptr : (columns + 1,) or (rows + 1,) int
-        Where each column or row begins.
-    shape : (int, int)
-        Rows and columns.
-    """
-
-    layout: str
-    data: NDArray[Any]
-    indices: NDArray[Any]
-    indptr: NDArray[Any]
-    shape: tuple[int, int]
+    layout: str  # "csc" or "csr"
+    data: NDArray[Any]  # (entry,) numbers
+    indices: NDArray[Any]  # (entry,) row (csc) or column (csr) of each
+    indptr: NDArray[Any]  # (columns + 1,) where each column or row begins
+    shape: tuple[int, int]  # rows and columns
 
     @property
     def nbytes(self) -> int:

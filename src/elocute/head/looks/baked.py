@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from elocute.errors import HeadError
 from elocute.files.array_reading import read_npz
+from elocute.files.reading import FileKind
 
 FOLDER = Path(__file__).parent / "assets"
-CARDS_MAX_BYTES = 10_000_000
+CARDS_FILE = FileKind("cards of a look", 10_000_000, HeadError)
 
 
 @lru_cache(maxsize=64)
@@ -29,4 +30,4 @@ def picture(place: str) -> bytes:
 def arrays(place: str) -> dict[str, NDArray[Any]]:
     """The arrays of a part that is worn."""
     path = FOLDER / f"{place}.npz"
-    return read_npz(path, max_bytes=CARDS_MAX_BYTES, allowed="cards of a look", error=HeadError)
+    return read_npz(path, CARDS_FILE)

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from elocute.errors import MotionError
-from elocute.files.json_records import finite_number, parse_json
-from elocute.files.reading import path_of, read_bytes
+from elocute.files.json_records import finite_number, read_json
+from elocute.files.reading import FileKind, path_of
 from elocute.motion.edits.amplitude import AMPLITUDE_MAX, SHAPES
 from elocute.motion.edits.blinks import PER_MINUTE_MAX
 from elocute.motion.edits.closures import CLOSED_BLEND_S
@@ -45,7 +45,7 @@ from elocute.motion.edits.timing import LOOP_BLEND_S, OFFSET_MAX_S
 from elocute.one_line_repr import brief
 
 MARK, VERSION = "edits", 1
-BYTES_MAX = 20_000_000
+EDITS_FILE = FileKind("an edit list (.json)", 20_000_000, MotionError)
 EDITS_MAX = 1000
 KEYS_MAX = 100_000
 FACES_MAX = 1000
@@ -95,9 +95,7 @@ def read_edits(path: str | Path) -> EditList:
         For anything else; it names the file, the place in it, and what is allowed there.
     """
     file = path_of(path, MotionError)
-    allowed = "an edit list (.json)"
-    data = read_bytes(file, max_bytes=BYTES_MAX, allowed=allowed, error=MotionError)
-    return _list_of(parse_json(data, file, allowed=allowed, error=MotionError), str(file))
+    return _list_of(read_json(file, EDITS_FILE), str(file))
 
 
 def edits_of(given: EditList | str | Path | Mapping[str, Any]) -> EditList:

@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from elocute.errors import InputError
-from elocute.files.reading import decoded_text, read_bytes
+from elocute.files.reading import FileKind, decoded_text, read_bytes
 from elocute.speech.times.labels import CLOCK
 
 ALLOWED = "a text in UTF-8 or UTF-16"
@@ -87,16 +87,16 @@ def read_transcript(
 ) -> str:
     """Read a text that people wrote: all of it; of a transcript of LRS2 or LRS3, what is said.
 
-    The parameters are those of `elocute.files.reading.read_text`. Documents that are not plain text
+    The limits are those of an `elocute.files.reading.FileKind`. Documents that are not plain text
     raise `error` too, and are named.
     """
-    data = read_bytes(path, max_bytes=max_bytes, allowed=allowed, error=error)
+    data = read_bytes(path, FileKind(allowed, max_bytes, error))
     for start, kind in _KINDS:
         if data.startswith(start):
             remedy = "save it as plain text (.txt), and give that"
             raise error.about(Path(path), found=kind, allowed=allowed, remedy=remedy)
-    remedy = "save it in UTF-8"
-    text = decoded_text(data, Path(path), allowed=allowed, error=error, remedy=remedy)
+    in_utf8 = FileKind(allowed, max_bytes, error, "save it in UTF-8")
+    text = decoded_text(data, Path(path), in_utf8)
     if _MARKUP.match(text) and not _SSML.match(text):
         found, remedy = "markup or subtitles of another kind", "save it as text, .srt or .vtt"
         raise error.about(Path(path), found=found, allowed=allowed, remedy=remedy)

@@ -11,12 +11,12 @@ from elocute.audio.read import DURATION_MAX_S
 from elocute.errors import AlignmentError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import finite_number, parse_json
-from elocute.files.reading import read_bytes
+from elocute.files.reading import FileKind, read_bytes
 from elocute.speech.text.text_words import is_printable
 from elocute.speech.times.textgrid import TextGridInterval, format_textgrid, parse_textgrid
 
 FORMAT, VERSION = "elocute-words", 1
-FILE_MAX_BYTES = 32_000_000
+WORDS_FILE = FileKind("words with times", 32_000_000, AlignmentError)
 WORDS_MAX = 200_000
 WORD_LONGEST = 120
 TIER = "words"
@@ -106,9 +106,7 @@ def read_words(path: str | Path) -> TimedWords:
     path = Path(path)
     if path.suffix.lower() not in READERS:
         raise AlignmentError.about(path, found=f"suffix {path.suffix!r}", allowed=" ".join(READERS))
-    data = read_bytes(
-        path, max_bytes=FILE_MAX_BYTES, allowed="words with times", error=AlignmentError
-    )
+    data = read_bytes(path, WORDS_FILE)
     try:
         return READERS[path.suffix.lower()](data)
     except AlignmentError as error:

@@ -12,7 +12,7 @@ from pathlib import Path
 from statistics import median
 
 from elocute.errors import InputError
-from elocute.files.reading import decoded_text, read_bytes
+from elocute.files.reading import FileKind, decoded_text, read_bytes
 from elocute.speech.phone_symbols import (
     ALPHABETS,
     PROLONGS,
@@ -32,6 +32,7 @@ from elocute.speech.times.textgrid import TextGridInterval, parse_tiers
 from elocute.speech.times.tier_choice import TierChoice
 
 ALLOWED = "times of phones or words: TextGrid, CTM, CSV, captions, or JSON of a speech engine"
+TIMES_FILE = FileKind(ALLOWED, BYTES_MAX)
 AUTO = "auto"
 OVERLAP_MAX_S = 0.05
 """Phones that overlap by no more meet in the middle."""
@@ -148,7 +149,7 @@ def read_speech_times(
         raise InputError.about(
             "phone set", found=repr(alphabet[:40]), allowed=", ".join((AUTO, *ALPHABETS))
         )
-    data = read_bytes(path, max_bytes=BYTES_MAX, allowed=ALLOWED)
+    data = read_bytes(path, TIMES_FILE)
     try:
         labels = _in_seconds(_labels(data, stem, TierChoice(tier, speaker)))
         return _phones_of(labels, alphabet) if labels.phones else _words_of(labels)
@@ -165,7 +166,7 @@ def _labels(data: bytes, stem: str, choice: TierChoice) -> Labels:
             allowed="text",
             remedy="save it as a text file in Praat",
         )
-    text = decoded_text(data, "text", allowed=ALLOWED)
+    text = decoded_text(data, "text", TIMES_FILE)
     start = text.lstrip()[:1]
     if not start:
         raise InputError(f"an empty file; allowed: {ALLOWED}")

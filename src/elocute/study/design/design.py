@@ -38,20 +38,7 @@ PANEL_PARAMETER = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
 def check_name(name: object, about: str) -> str:
-    """Raise StudyError for what is no name.
-
-    Parameters
-    ----------
-    name
-        What was given.
-    about : str
-        What it is the name of.
-
-    Returns
-    -------
-    str
-        The name.
-    """
+    """The name that was given for `about`; raises StudyError for what is no name."""
     if not isinstance(name, str) or not NAME.fullmatch(name):
         raise StudyError.about(
             about, found=repr(name)[:WORD_MAX], allowed="1 to 64 of a to z, 0 to 9, _ and -"
@@ -60,26 +47,9 @@ def check_name(name: object, about: str) -> str:
 
 
 def checked_text(given: object, about: str, longest: int = TEXT_MAX) -> dict[str, str]:
-    """A text, in one language or by language.
+    """A text by language, or one that holds for every language ("").
 
-    Parameters
-    ----------
-    given
-        A text, which then holds for every language (""), or texts by language.
-    about : str
-        What it is, for errors.
-    longest : int
-        Characters allowed.
-
-    Returns
-    -------
-    dict of str to str
-        By language; {} where there is none.
-
-    Raises
-    ------
-    StudyError
-        For anything else.
+    Raises StudyError for anything else, and for more than `longest` characters.
     """
     texts = {"": given} if isinstance(given, str) else given
     if isinstance(texts, Mapping):
@@ -99,21 +69,22 @@ def checked_text(given: object, about: str, longest: int = TEXT_MAX) -> dict[str
     )
 
 
+class Checked:
+    """Base of settings: a value of another type or outside its range raises StudyError."""
+
+    def __post_init__(self) -> None:
+        check_settings(self, StudyError)
+
+
 @described
 @dataclass(frozen=True)
-class Study:
-    """What people are told and asked.
-
-    Raises
-    ------
-    StudyError
-        For a value of another type or outside its range.
-    """
+class Study(Checked):
+    """What people are told and asked."""
 
     title: str = setting(help="Shown on the page and in the report.")
     kind: str = setting(choices=KINDS, help="What is asked in each trial.")
     contact: str = setting(help="Who answers questions and deletes answers: a name and an address.")
-    seed: int = setting(1, low=0, high=SEED_MAX, help="Of every order, side and assignment.")
+    seed: int = setting(1, low=0, high=SEED_MAX, help="Seed of every order, side and assignment.")
     question: dict[str, str] = field(default_factory=dict, hash=False)
     """Asked in each trial, by language; {} is the page's own question for the kind."""
     about: dict[str, str] = field(default_factory=dict, hash=False)
@@ -121,11 +92,13 @@ class Study:
     languages: tuple[str, ...] = LANGUAGES
     """Of the page, the first by default."""
     scale: str = setting(
-        "mos", choices=SCALES, help="Of ratings: five words (mos), or 0 to 100 by a reference."
+        "mos",
+        choices=SCALES,
+        help="Scale of ratings: five words (mos), or 0 to 100 by a reference.",
     )
 
     def __post_init__(self) -> None:
-        check_settings(self, StudyError)
+        super().__post_init__()
         for name, longest in (("title", 200), ("contact", 400)):
             if not 0 < len(getattr(self, name).strip()) <= longest:
                 raise StudyError.about(
@@ -145,7 +118,7 @@ class Study:
 
 @described
 @dataclass(frozen=True)
-class Condition:
+class Condition(Checked):
     """What makes a video move: a model, stored motion, or videos made elsewhere.
 
     Raises
@@ -163,31 +136,37 @@ class Condition:
     )
     mesh: str = setting("", help="The mesh (.obj, .ply) whose vertices .npy files move.")
     fps: float | None = setting(
-        None, unit="frames/s", above=0, high=1000, help="Of .npy files, which do not say it."
+        None,
+        unit="frames/s",
+        above=0,
+        high=1000,
+        help="Frame rate of .npy files, which do not say it.",
     )
     speaker: str = setting(
-        "", help="Of a corpus: whose clips of the sentence, with their sound, for references."
+        "", help="In a corpus, whose clips of the sentence are references, with their sound."
     )
     style: str = setting("", help="Style of the model; by default its own.")
     mood: str = setting("neutral", help="Mood, with an intensity or without: happy:0.6.")
-    contacts: str = setting("auto", choices=("auto", "off"), help="Lip contacts laid over.")
-    life: str = setting("1", help="What moves beside the mouth, 0 to 1.")
+    contacts: str = setting(
+        "auto", choices=("auto", "off"), help="Whether lip contacts are laid over."
+    )
+    life: str = setting("1", help="How much moves beside the mouth, 0 to 1.")
     strength: float = setting(1.0, low=0.0, high=2.0, help="How far the mouth moves.")
-    still: bool = setting(False, help="The face rests, an anchor or the sound alone.")
-    mismatched: bool = setting(False, help="The face moves to the sound of another sentence.")
-    silent: bool = setting(False, help="Shown without sound, for lip reading.")
+    still: bool = setting(False, help="Whether the face rests: an anchor, or the sound alone.")
+    mismatched: bool = setting(False, help="Whether it moves to the sound of another sentence.")
+    silent: bool = setting(False, help="Whether it is shown without sound, for lip reading.")
     snr_db: float | None = setting(
-        None, unit="dB", low=-40, high=60, help="Noise of the voice's own spectrum, by ratio."
+        None, unit="dB", low=-40, high=60, help="Ratio of the voice to noise of its own spectrum."
     )
     offset_ms: float = setting(
         0.0, unit="ms", low=-1000, high=1000, help="How much later than the picture the sound is."
     )
     reference_for: str = setting(
-        "", help="Of style studies: the condition whose manner this one's clips show."
+        "", help="In style studies, the condition whose manner this one's clips show."
     )
 
     def __post_init__(self) -> None:
-        check_settings(self, StudyError)
+        super().__post_init__()
         check_name(self.name, "`name`")
         if self.name == MISMATCHED:
             raise StudyError.about(
@@ -204,29 +183,14 @@ class Condition:
 
 @dataclass(frozen=True)
 class StimulusSound:
-    """A sentence or a word that all conditions say.
+    """A sentence or a word that all conditions say."""
 
-    Attributes
-    ----------
-    name : str
-        From the file's name.
-    file : str
-        The sound, relative to study.toml.
-    seen : str
-        The sound that faces move by, where it is another (McGurk); else "".
-    word : str
-        What is said, where people are asked for it; "" where no answer is right.
-    choices : tuple of str
-        The words that are offered.
-    start_s, end_s : float
-        The part of the file, s; an end of 0 is the file's.
-    """
-
-    name: str
-    file: str
-    seen: str = ""
-    word: str = ""
-    choices: tuple[str, ...] = ()
+    name: str  # from the file's name
+    file: str  # the sound, relative to study.toml
+    seen: str = ""  # the sound that faces move by, where it is another (McGurk); else ""
+    word: str = ""  # what is said, where people are asked for it; "" where no answer is right
+    choices: tuple[str, ...] = ()  # the words that are offered
+    # The part of the file, s; an end of 0 is the file's.
     start_s: float = 0.0
     end_s: float = 0.0
 
@@ -260,14 +224,8 @@ class StimulusSound:
 
 @described
 @dataclass(frozen=True)
-class Stimuli:
-    """What is said, by which faces, seen from where.
-
-    Raises
-    ------
-    StudyError
-        For a value of another type or outside its range.
-    """
+class Stimuli(Checked):
+    """What is said, by which faces, seen from where."""
 
     sounds: tuple[StimulusSound, ...] = ()
     """In their order; no two of one name."""
@@ -278,16 +236,16 @@ class Stimuli:
     size: tuple[int, int] = setting(
         (512, 512), unit="pixels", low=64, high=2048, help="Width and height of every video."
     )
-    fps: float = setting(30.0, unit="frames/s", low=10, high=60, help="Of every video.")
-    light: str = setting("studio", help="What lights the head.")
-    background: str = setting("#8a8f98", help="Behind the head; plain, so that videos are alike.")
-    look: str = setting("auto", help="What dresses the built-in head.")
+    fps: float = setting(30.0, unit="frames/s", low=10, high=60, help="Frame rate of every video.")
+    light: str = setting("studio", help="Light on the head.")
+    background: str = setting("#8a8f98", help="Behind the head: plain, so that videos are alike.")
+    look: str = setting("auto", help="Look of the built-in head.")
     loudness_db: float = setting(
         -23.0, unit="dB", low=-60, high=-6, help="Level of speech in every video, below full scale."
     )
 
     def __post_init__(self) -> None:
-        check_settings(self, StudyError)
+        super().__post_init__()
         for name, given in (("identities", self.identities), ("views", self.views)):
             for each in given:
                 check_name(each, f"`{name}`")
@@ -320,75 +278,62 @@ class Stimuli:
 
 @described
 @dataclass(frozen=True)
-class Comparisons:
+class Comparisons(Checked):
     """Which conditions are shown against each other."""
 
     pairs: tuple[tuple[str, str], ...] = ()
     """Two names each; () is every pair, or every one against `against`."""
     against: str = setting("", help="The condition that all others are compared with.")
     reference: str = setting(
-        "", help="Of ratings by mushra: the condition shown beside every one that is rated."
+        "", help="In ratings by mushra, the condition shown beside every one that is rated."
     )
     content: str = setting(
-        "both", choices=CONTENTS, help="Of style: whether the reference says the same sentence."
+        "both",
+        choices=CONTENTS,
+        help="In style studies, whether the reference says the same sentence.",
     )
-
-    def __post_init__(self) -> None:
-        check_settings(self, StudyError)
 
 
 @described
 @dataclass(frozen=True)
-class Assignment:
-    """Who sees what.
-
-    Raises
-    ------
-    StudyError
-        For a value of another type or outside its range.
-    """
+class Assignment(Checked):
+    """Who sees what."""
 
     trials: int = setting(
-        0, low=0, high=2_000, help="Comparisons for each person; 0 is a block, or all."
+        0, low=0, high=2_000, help="Comparisons for each person; 0 for a block, or all."
     )
     blocks: int = setting(
-        0, low=0, high=1_000, help="Parts of the trials, one for a person; 0 is as trials want."
+        0,
+        low=0,
+        high=1_000,
+        help="Parts of the trials, one for a person; 0 for as many as trials need.",
     )
     repeats: int = setting(
         0, low=0, high=200, help="Trials that each person sees again, with sides exchanged."
     )
     participants: int = setting(
-        0, low=0, high=100_000, help="How many may finish; 0 is any number."
+        0, low=0, high=100_000, help="Number of people who may finish; 0 for any number."
     )
-
-    def __post_init__(self) -> None:
-        check_settings(self, StudyError)
 
 
 @described
 @dataclass(frozen=True)
-class Qualification:
-    """Comparisons with an obvious answer, before the test begins.
+class Qualification(Checked):
+    """Comparisons with an obvious answer, before the test begins."""
 
-    Raises
-    ------
-    StudyError
-        For a value of another type or outside its range.
-    """
-
-    items: int = setting(3, low=0, high=50, help="How many.")
+    items: int = setting(3, low=0, high=50, help="Number of obvious comparisons.")
     right: int | None = setting(
-        None, low=0, high=50, help="How many must be right; by default all of them."
+        None, low=0, high=50, help="Number that must be right; by default all of them."
     )
     condition: str = setting(
         "", help="The condition with its own sound; by default the baseline, or the first."
     )
     failed: str = setting(
-        "stop", choices=("stop", "mark"), help="Who fails is told and stops, or is marked."
+        "stop", choices=("stop", "mark"), help="Whether who fails is told and stops, or is marked."
     )
 
     def __post_init__(self) -> None:
-        check_settings(self, StudyError)
+        super().__post_init__()
         if self.needed > self.items:
             raise StudyError.about(
                 "`right`", found=str(self.right), allowed=f"0 to {self.items}, the items"
@@ -402,59 +347,40 @@ class Qualification:
 
 @described
 @dataclass(frozen=True)
-class Catch:
-    """Obvious items among the test's own.
+class Catch(Checked):
+    """Obvious items among the test's own."""
 
-    Raises
-    ------
-    StudyError
-        For a value of another type or outside its range.
-    """
-
-    every: int = setting(10, low=0, high=1_000, help="One in about so many trials; 0 is none.")
-
-    def __post_init__(self) -> None:
-        check_settings(self, StudyError)
+    every: int = setting(
+        10, low=0, high=1_000, help="One obvious item in about so many trials; 0 for none."
+    )
 
 
 @described
 @dataclass(frozen=True)
-class Watching:
-    """How people watch.
-
-    Raises
-    ------
-    StudyError
-        For a value of another type or outside its range.
-    """
+class Watching(Checked):
+    """How people watch."""
 
     share: float = setting(
-        1.0, low=0.0, high=1.0, help="Of the clip that must be seen before an answer is taken."
+        1.0,
+        low=0.0,
+        high=1.0,
+        help="Share of the clip that must be seen before an answer is taken.",
     )
-    replays: int = setting(20, low=0, high=1_000, help="How often it may be played again.")
+    replays: int = setting(20, low=0, high=1_000, help="Number of times it may be played again.")
     practice: int = setting(1, low=0, high=10, help="Trials before all others that do not count.")
-    break_every: int = setting(25, low=0, high=1_000, help="Trials between breaks; 0 is none.")
-    headphones: bool = setting(True, help="Ask for headphones, and check them by ear.")
+    break_every: int = setting(25, low=0, high=1_000, help="Trials between breaks; 0 for none.")
+    headphones: bool = setting(True, help="Whether headphones are asked for, and checked by ear.")
     width: int = setting(
-        300, unit="pixels", low=0, high=4096, help="Least width of the screen, or no study."
+        300, unit="pixels", low=0, high=4096, help="Least width of a screen that may take part."
     )
-
-    def __post_init__(self) -> None:
-        check_settings(self, StudyError)
 
 
 @described
 @dataclass(frozen=True)
-class Exclusions:
-    """Whose answers, and which, are left out of the report; it says how many and why.
+class Exclusions(Checked):
+    """Whose answers, and which, are left out of the report; it says how many and why."""
 
-    Raises
-    ------
-    StudyError
-        For a value of another type or outside its range.
-    """
-
-    qualification: bool = setting(True, help="Leave out who failed the qualification.")
+    qualification: bool = setting(True, help="Whether who failed the qualification is left out.")
     catches_missed: int = setting(
         1, low=0, high=1_000, help="Catch trials that a person may miss and stay."
     )
@@ -474,20 +400,11 @@ class Exclusions:
         0.0, low=0.0, high=1.0, help="Least share of repeated trials answered alike."
     )
 
-    def __post_init__(self) -> None:
-        check_settings(self, StudyError)
-
 
 @described
 @dataclass(frozen=True)
-class Analysis:
-    """What the report tests.
-
-    Raises
-    ------
-    StudyError
-        For a value of another type or outside its range.
-    """
+class Analysis(Checked):
+    """What the report tests."""
 
     baseline: str = setting("", help="The condition that others are tested against.")
     margin: float = setting(
@@ -497,31 +414,25 @@ class Analysis:
         help="Equivalence: how far a preference may be from a half, or a rating from another in "
         "parts of its scale.",
     )
-    correction: str = setting("holm", choices=CORRECTIONS, help="For many comparisons.")
-    confidence: float = setting(0.95, low=0.5, high=0.999, help="Of every interval.")
-
-    def __post_init__(self) -> None:
-        check_settings(self, StudyError)
+    correction: str = setting(
+        "holm", choices=CORRECTIONS, help="Correction of p-values for many comparisons."
+    )
+    confidence: float = setting(0.95, low=0.5, high=0.999, help="Confidence of every interval.")
 
 
 @described
 @dataclass(frozen=True)
-class Panel:
+class Panel(Checked):
     """Where people come from and go back to: Prolific, Mechanical Turk, a university's pool.
 
     In `return_to`, {code} is the completion code, and {id}, {study} and {session}
     are what the link brought.
-
-    Raises
-    ------
-    StudyError
-        For a value of another type or outside its range.
     """
 
     parameter: str = setting(
         "", help="Of the link, the parameter with a person's id; by default the panels' own names."
     )
-    required: bool = setting(False, help="Let in only who comes by a link with such an id.")
+    required: bool = setting(False, help="Whether only people with such an id are let in.")
     return_to: str = setting(
         "", help="Address to go back to in the end: https://panel.example/done?cc={code}."
     )
@@ -530,7 +441,7 @@ class Panel:
     full_code: str = setting("", help="Code of who comes when all places are taken.")
 
     def __post_init__(self) -> None:
-        check_settings(self, StudyError)
+        super().__post_init__()
         if self.return_to and not PANEL_ADDRESS.fullmatch(self.return_to):
             raise StudyError.about(
                 "`return_to`",
@@ -620,13 +531,7 @@ class Design:
 
 
 def check_fit(design: Design) -> None:
-    """Raise StudyError for sections that do not fit each other.
-
-    Parameters
-    ----------
-    design : Design
-        Of sections that are right each by itself.
-    """
+    """Raise StudyError for sections that do not fit each other."""
     names = [each.name for each in design.conditions]
     for name in names:
         if names.count(name) > 1:

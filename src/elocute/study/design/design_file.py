@@ -12,40 +12,25 @@ from typing import Any
 
 from elocute.errors import StudyError
 from elocute.files.json_records import finite_number
-from elocute.files.reading import read_bytes
+from elocute.files.reading import FileKind, read_bytes
 from elocute.settings import types_of
 from elocute.study.design.design import (
     ITEMS_MAX,
-    Analysis,
-    Assignment,
-    Catch,
+    Checked,
     Comparisons,
     Condition,
     Design,
-    Exclusions,
-    Panel,
-    Qualification,
     Stimuli,
     StimulusSound,
-    Study,
-    Watching,
 )
 
-FILE_MAX_BYTES = 1_000_000
 SECTIONS: dict[str, type] = {
-    "study": Study,
-    "stimuli": Stimuli,
-    "comparisons": Comparisons,
-    "assignment": Assignment,
-    "qualification": Qualification,
-    "catch": Catch,
-    "watching": Watching,
-    "exclusions": Exclusions,
-    "analysis": Analysis,
-    "panel": Panel,
+    name: kind
+    for name, (kind, _) in types_of(Design).items()
+    if isinstance(kind, type) and issubclass(kind, Checked)
 }
 """Beside [[conditions]]."""
-ALLOWED = "a study (study.toml)"
+DESIGN_FILE = FileKind("a study (study.toml)", 1_000_000, StudyError)
 
 
 def read_design(path: str | Path) -> Design:
@@ -69,12 +54,12 @@ def read_design(path: str | Path) -> Design:
     path = Path(path)
     if path.is_dir():
         path = path / "study.toml"
-    data = read_bytes(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=StudyError)
+    data = read_bytes(path, DESIGN_FILE)
     try:
         text = data.decode("utf-8-sig")
         tables = tomllib.loads(text)
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as problem:
-        raise StudyError.about(path, found=str(problem)[:200], allowed=ALLOWED) from None
+        raise DESIGN_FILE.unusable(path, str(problem)[:200]) from None
     return _Reader(path, text).design(tables, hashlib.sha256(data).hexdigest())
 
 
@@ -93,7 +78,7 @@ class _Reader:
         for name in ("study", "stimuli", "conditions"):
             if name not in tables:
                 raise self._error(0, f"[{name}]", "missing", f"a section [{name}]")
-        made = {
+        sections = {
             name: self._section(name, SECTIONS[name], tables[name])
             for name in SECTIONS
             if name in tables
@@ -103,7 +88,7 @@ class _Reader:
                 conditions=self._conditions(tables["conditions"]),
                 path=self._path,
                 sha256=sha256,
-                **made,
+                **sections,
             )
         except StudyError as error:
             if str(error).startswith(str(self._path)):
@@ -141,8 +126,8 @@ class _Reader:
     def _start(self, name: str, place: int) -> int:
         """The line where a section begins, from 1; 0 where it is not found."""
         heading = re.compile(rf"\s*\[\[?\s*{re.escape(name)}\s*\]")
-        found = [at for at, line in enumerate(self._lines, 1) if heading.match(line)]
-        return found[place] if place < len(found) else 0
+        lines = [at for at, line in enumerate(self._lines, 1) if heading.match(line)]
+        return lines[place] if place < len(lines) else 0
 
     def _line(self, start: int, key: str) -> int:
         """The line of a field of the section that begins at a line."""
@@ -153,12 +138,12 @@ class _Reader:
                 return at
         return start
 
-    def _placed(self, told: str) -> StudyError:
+    def _placed(self, message: str) -> StudyError:
         """An error of sections that do not fit, at the section and field that it names."""
-        found = re.match(r"\[+(\w+)\]+(?: `(\w+)`)?", told)
-        start = self._start(found.group(1), 0) if found else 0
-        line = self._line(start, found.group(2) or "") if found else 0
-        return StudyError(f"{self._at(line)} {told}")
+        section = re.match(r"\[+(\w+)\]+(?: `(\w+)`)?", message)
+        start = self._start(section.group(1), 0) if section else 0
+        line = self._line(start, section.group(2) or "") if section else 0
+        return StudyError(f"{self._at(line)} {message}")
 
     def _error(
         self, line: int, title: str, found: str, allowed: str, named: str = ""
@@ -247,16 +232,6 @@ def _sound(given: object) -> StimulusSound:
 
 
 def sound_name(file: str) -> str:
-    """A file's name as the name of a stimulus: small letters, and - for what is not allowed.
-
-    Parameters
-    ----------
-    file : str
-        The path of the sound, or a pattern of paths.
-
-    Returns
-    -------
-    str
-    """
+    """A file's name as the name of a stimulus: small letters, and - for what is not allowed."""
     stem = Path(file).stem if "*" not in file else file.replace("*", "all")
     return re.sub(r"[^a-z0-9_-]+", "-", stem.lower()).strip("-")[:64]

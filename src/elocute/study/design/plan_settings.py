@@ -26,7 +26,7 @@ class Plan:
         help="The preference to be found, of people who look; 0.5 with a true equivalence.",
     )
     equivalent: bool = setting(False, help="Plan to show that two are equivalent.")
-    margin: float = setting(0.1, low=0.01, high=0.49, help="Of equivalence, around a half.")
+    margin: float = setting(0.1, low=0.01, high=0.49, help="Margin of equivalence, around a half.")
     trials: int = setting(
         10, low=1, high=1_000, help="Answers of each person to the comparison in question."
     )
@@ -36,13 +36,13 @@ class Plan:
     )
     stimuli_sd: float = setting(0.3, low=0, high=5, unit="logits", help="How far stimuli differ.")
     lapses: float = setting(0.05, low=0, high=0.9, help="Share of answers given at random.")
-    power: float = setting(0.8, low=0.05, high=0.999, help="How often it is to be found.")
-    confidence: float = setting(0.95, low=0.5, high=0.9999, help="Of the test.")
+    power: float = setting(0.8, low=0.05, high=0.999, help="Share of studies that are to find it.")
+    confidence: float = setting(0.95, low=0.5, high=0.9999, help="Confidence of the test.")
     comparisons: int = setting(
         1, low=1, high=10_000, help="Tests that are corrected for, by Bonferroni."
     )
     simulations: int = setting(1_000, low=100, high=100_000, help="Studies simulated at a time.")
-    seed: int = setting(0, low=0, high=SEED_MAX, help="Of the simulations.")
+    seed: int = setting(0, low=0, high=SEED_MAX, help="Seed of the simulations.")
 
     def __post_init__(self) -> None:
         check_settings(self, StudyError)

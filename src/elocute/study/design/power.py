@@ -28,37 +28,19 @@ KINDS = ("binary", "style")
 
 @dataclass(frozen=True)
 class PlannedPower:
-    """How often it is found with so many people.
+    """How often it is found with so many people."""
 
-    Attributes
-    ----------
-    people : int
-        Whose answers are judged; those that are excluded come on top.
-    power : ConfidenceInterval
-        Share of simulated studies that find it.
-    exact : float
-        Power of the binomial test, as if answers were independent.
-    """
-
-    people: int
-    power: ConfidenceInterval
-    exact: float
+    people: int  # whose answers are judged; those that are excluded come on top
+    power: ConfidenceInterval  # share of simulated studies that find it
+    exact: float  # power of the binomial test, as if answers were independent
 
 
 @dataclass(frozen=True)
 class Planned:
-    """A plan's result.
+    """A plan's result."""
 
-    Attributes
-    ----------
-    people : int
-        How many are needed; 0 where no number is enough.
-    tried : list of PlannedPower
-        By number of people.
-    """
-
-    people: int
-    tried: list[PlannedPower]
+    people: int  # how many are needed; 0 where no number is enough
+    tried: list[PlannedPower]  # by number of people
 
 
 def plan_for(design: Design, **changes: object) -> Plan:
@@ -91,14 +73,14 @@ def plan_for(design: Design, **changes: object) -> Plan:
     blocks = range(1, block_count(design) + 1)
     each = sum(len(block_trials(design, block)) for block in blocks) / len(blocks)
     pairs = len(design.pairs)
-    found = {
+    settings = {
         "trials": max(1, round(each / pairs)),
         "stimuli": len(design.stimuli.names),
         "comparisons": pairs if design.analysis.correction != "none" else 1,
         "margin": design.analysis.margin,
         "confidence": design.analysis.confidence,
     }
-    return Plan(**{**found, **changes})  # type: ignore[arg-type]
+    return Plan(**{**settings, **changes})  # type: ignore[arg-type]
 
 
 def plan_study(plan: Plan) -> Planned:
@@ -140,44 +122,20 @@ def plan_study(plan: Plan) -> Planned:
 
 
 def power_with(plan: Plan, people: int) -> PlannedPower:
-    """How often it is found with so many people.
-
-    Parameters
-    ----------
-    plan : Plan
-        What is to be found.
-    people : int
-        Two or more.
-
-    Returns
-    -------
-    PlannedPower
-    """
+    """How often it is found with so many people, two or more."""
     at_once = max(1, CELLS_MAX // (people * plan.trials))
     rng = np.random.default_rng([plan.seed, people])
-    found = done = 0
+    successes = done = 0
     while done < plan.simulations:
         count = min(at_once, plan.simulations - done)
-        found += int(_found(plan, people, count, rng).sum())
+        successes += int(_found(plan, people, count, rng).sum())
         done += count
-    power = wilson_interval(found, done, 0.95)
+    power = wilson_interval(successes, done, 0.95)
     return PlannedPower(people, power, exact_power(plan, people * plan.trials))
 
 
 def exact_power(plan: Plan, answers: int) -> float:
-    """Power of the exact binomial tests with independent answers.
-
-    Parameters
-    ----------
-    plan : Plan
-        What is to be found.
-    answers : int
-        How many.
-
-    Returns
-    -------
-    float
-    """
+    """Power of the exact binomial tests with so many independent answers."""
     with needs_extra("a plan", "study"):
         from scipy.stats import binom
     share = (1 - plan.lapses) * plan.share + plan.lapses / 2

@@ -31,18 +31,10 @@ CHECKS_S = 90.0
 
 @dataclass(frozen=True, order=True)
 class Clip:
-    """One video: a condition that says a stimulus.
+    """One video: a condition that says a stimulus."""
 
-    Attributes
-    ----------
-    condition : str
-        Its name, or `design.MISMATCHED`.
-    stimulus : str
-        SOUND.IDENTITY.VIEW.
-    """
-
-    condition: str
-    stimulus: str
+    condition: str  # its name, or `design.MISMATCHED`
+    stimulus: str  # SOUND.IDENTITY.VIEW
 
     @property
     def name(self) -> str:
@@ -71,60 +63,31 @@ class Pair:
 
 @dataclass(frozen=True)
 class Trial:
-    """One question, the same for all who are asked it.
+    """One question, the same for all who are asked it."""
 
-    Attributes
-    ----------
-    name : str
-        Of the trial, in the table of answers.
-    kind, role : str
-        As in the table.
-    stimulus : str
-        SOUND.IDENTITY.VIEW.
-    conditions : tuple of str
-        Two that are compared, or the one that is judged.
-    reference : str
-        The condition of the reference clip, or "".
-    reference_clip : Clip, optional
-        What is shown as reference; of a rating by mushra it has the trial's own stimulus.
-    correct : str
-        The answer that is right, or "".
-    words : tuple of str
-        The words that are offered, where it is one that is asked for.
-    """
-
-    name: str
+    name: str  # of the trial, in the table of answers
+    # As in the table.
     kind: str
     role: str
-    stimulus: str
-    conditions: tuple[str, ...]
-    reference: str = ""
+    stimulus: str  # SOUND.IDENTITY.VIEW
+    conditions: tuple[str, ...]  # two that are compared, or the one that is judged
+    reference: str = ""  # the condition of the reference clip, or ""
+    # What is shown as reference; of a rating by mushra it has the trial's own stimulus.
     reference_clip: Clip | None = None
-    correct: str = ""
-    words: tuple[str, ...] = ()
+    correct: str = ""  # the answer that is right, or ""
+    words: tuple[str, ...] = ()  # the words that are offered, where it is one that is asked for
 
 
 @dataclass(frozen=True)
 class Shown:
-    """A trial as one person sees it.
+    """A trial as one person sees it."""
 
-    Attributes
-    ----------
-    order : int
-        From 1.
-    trial : Trial
-        What is asked.
-    left, right : str
-        Conditions; `right` is "" where one is judged.
-    words : tuple of str
-        In this person's order.
-    """
-
-    order: int
-    trial: Trial
+    order: int  # from 1
+    trial: Trial  # what is asked
+    # Conditions; `right` is "" where one is judged.
     left: str
     right: str
-    words: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()  # in this person's order
 
     @property
     def offers(self) -> tuple[str, ...]:
@@ -133,18 +96,7 @@ class Shown:
 
 
 def test_trials(design: Design) -> list[list[Trial]]:
-    """All trials of a design by the conditions that they compare.
-
-    Parameters
-    ----------
-    design : Design
-        The study.
-
-    Returns
-    -------
-    list of list of Trial
-        For each pair of conditions, or condition, its trials in the order of the stimuli.
-    """
+    """All trials of a design: a list, in the order of the stimuli, for each pair or condition."""
     kind = design.study.kind
     if kind == "binary":
         return [
@@ -203,19 +155,7 @@ def _style(design: Design, stimulus: str, pair: tuple[str, str], right: str, con
 
 
 def other_stimulus(design: Design, stimulus: str) -> str:
-    """The same face and view with the next sound of the design.
-
-    Parameters
-    ----------
-    design : Design
-        With two sounds or more.
-    stimulus : str
-        SOUND.IDENTITY.VIEW.
-
-    Returns
-    -------
-    str
-    """
+    """The same face and view with the next sound of a design that has two or more."""
     sound, _, rest = stimulus.partition(".")
     named = [each.name for each in design.stimuli.sounds]
     return f"{named[(named.index(sound) + 1) % len(named)]}.{rest}"
@@ -224,16 +164,8 @@ def other_stimulus(design: Design, stimulus: str) -> str:
 def obvious_trials(design: Design) -> list[Trial]:
     """Items whose answer is obvious: one side moves to the sound of another sentence.
 
-    Parameters
-    ----------
-    design : Design
-        The study.
-
-    Returns
-    -------
-    list of Trial
-        As many as qualification and catch trials need, at most one for each stimulus; their role
-        is "qualification" until they are shown.
+    As many as qualification and catch trials need, at most one for each stimulus; their role is
+    "qualification" until they are shown.
     """
     wanted = design.qualification.items + catches_of(design)
     stimuli = list(design.stimuli.names)
@@ -268,19 +200,7 @@ def catches_of(design: Design) -> int:
 
 
 def block_trials(design: Design, block: int) -> list[Trial]:
-    """The test trials of one block.
-
-    Parameters
-    ----------
-    design : Design
-        The study.
-    block : int
-        From 1.
-
-    Returns
-    -------
-    list of Trial
-    """
+    """The test trials of one block, numbered from 1."""
     return _dealt(design)[block - 1]
 
 
@@ -304,21 +224,7 @@ def _dealt(design: Design) -> list[list[Trial]]:
 
 
 def sequence(design: Design, block: int, visit: int) -> list[Shown]:
-    """All that one person sees, in order.
-
-    Parameters
-    ----------
-    design : Design
-        The study.
-    block : int
-        From 1.
-    visit : int
-        How many people had this block before.
-
-    Returns
-    -------
-    list of Shown
-    """
+    """All that one person sees, in order: by block, from 1, and how many had this block before."""
     rng = Random(f"{design.study.seed}/{block}/{visit}")
     # Two who follow each other draw the same sides, and the second exchanges them.
     sides = Random(f"{design.study.seed}/{block}/{visit // 2}/sides")
@@ -416,17 +322,7 @@ def clip_pair(one: str, other: str, stimulus: str) -> Pair:
 
 
 def videos_of(trial: Trial) -> list[Clip | Pair]:
-    """The videos that a trial plays, the reference first.
-
-    Parameters
-    ----------
-    trial : Trial
-        The trial.
-
-    Returns
-    -------
-    list of Clip or Pair
-    """
+    """The videos that a trial plays, the reference first."""
     if trial.kind == "rating" and trial.reference:
         return [clip_pair(trial.reference, trial.conditions[0], trial.stimulus)]
     before = [trial.reference_clip] if trial.reference_clip else []
@@ -436,19 +332,9 @@ def videos_of(trial: Trial) -> list[Clip | Pair]:
 
 
 def all_videos(design: Design) -> tuple[list[Clip], list[Pair]]:
-    """Every clip and every pair that somebody may see.
+    """Every clip and every pair that somebody may see, sorted.
 
-    Parameters
-    ----------
-    design : Design
-        The study.
-
-    Returns
-    -------
-    clips : list of Clip
-        Sorted; also those that only pairs are made of.
-    pairs : list of Pair
-        Sorted.
+    Also clips that only pairs are made of.
     """
     trials = [trial for row in test_trials(design) for trial in row] + obvious_trials(design)
     shown = {video for trial in trials for video in videos_of(trial)}
@@ -459,19 +345,6 @@ def all_videos(design: Design) -> tuple[list[Clip], list[Pair]]:
 
 
 def minutes_of(shown: Sequence[Shown], seconds: dict[str, float]) -> float:
-    """About how long a person needs.
-
-    Parameters
-    ----------
-    shown : sequence of Shown
-        What the person sees.
-    seconds : dict of str to float
-        Length of each video by name.
-
-    Returns
-    -------
-    float
-        Minutes.
-    """
+    """About how many minutes a person needs, by the seconds that each video lasts."""
     watched = sum(seconds.get(video.name, 0.0) for each in shown for video in videos_of(each.trial))
     return (watched * WATCHED + len(shown) * ANSWER_S + CHECKS_S) / 60

@@ -18,12 +18,14 @@ from elocute.files.atomic import write_atomically
 from elocute.files.delimited import DelimitedTable
 from elocute.files.json_records import read_record
 from elocute.files.parquet_size import unpacked_bytes
-from elocute.files.reading import open_regular, read_text
+from elocute.files.reading import FileKind, open_regular, read_text
 from elocute.study.design.design import KINDS, WORD_MAX
+from elocute.study.design.trials import Shown
 
 ROLES = ("test", "qualification", "catch", "practice")
 SUFFIXES = (".csv", ".json", ".parquet")
 FILE_MAX_BYTES = 500_000_000
+CSV_FILE = FileKind("a .csv of answers", FILE_MAX_BYTES, StudyError)
 ROWS_MAX = 5_000_000
 FORMAT = "elocute answers"
 _DOTTED = re.compile(r"[a-z0-9_.-]{1,300}")
@@ -127,20 +129,39 @@ def _is_time(text: str) -> bool:
         return False
 
 
+def answer_to(
+    shown: Shown,
+    answer: str,
+    *,
+    participant: str,
+    group: int,
+    seconds: float,
+    replays: int,
+    answered_at: str,
+) -> Answer:
+    """A person's answer to a trial that they were shown, as a row of the table."""
+    trial = shown.trial
+    return Answer(
+        participant,
+        group,
+        shown.order,
+        trial.name,
+        trial.kind,
+        trial.role,
+        trial.stimulus,
+        trial.reference,
+        shown.left,
+        shown.right,
+        answer,
+        trial.correct,
+        seconds,
+        replays,
+        answered_at,
+    )
+
+
 def answers_text(answers: Iterable[Answer], suffix: str) -> str:
-    """Answers as the text of a file.
-
-    Parameters
-    ----------
-    answers : iterable of Answer
-        Rows.
-    suffix : str
-        ".csv" or ".json".
-
-    Returns
-    -------
-    str
-    """
+    """Answers as the text of a file with the suffix ".csv" or ".json"."""
     rows = [asdict(each) for each in answers]
     if suffix == ".json":
         return json.dumps({"format": FORMAT, "version": 1, "answers": rows}, indent=1) + "\n"
@@ -244,7 +265,7 @@ _ALLOWED = f"the columns {', '.join(COLUMNS)}"
 
 
 def _csv_rows(path: Path) -> list[dict[str, Any]]:
-    text = read_text(path, max_bytes=FILE_MAX_BYTES, allowed="a .csv of answers", error=StudyError)
+    text = read_text(path, CSV_FILE)
     try:
         table = DelimitedTable.of(text)
         missing = [name for name in COLUMNS if name not in table.names]
@@ -260,7 +281,7 @@ def _csv_rows(path: Path) -> list[dict[str, Any]]:
 
 def _json_rows(path: Path) -> list[dict[str, Any]]:
     allowed = f'{{"format": "{FORMAT}", "version": 1, "answers": […]}}'
-    record = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=StudyError)
+    record = read_record(path, FileKind(allowed, FILE_MAX_BYTES, StudyError))
     rows = record.get("answers")
     fits = record.get("format") == FORMAT
     if not fits or not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
@@ -271,7 +292,7 @@ def _json_rows(path: Path) -> list[dict[str, Any]]:
 def _parquet_rows(path: Path) -> list[dict[str, Any]]:
     parquet, arrow = _pyarrow()
     allowed = "a .parquet of answers"
-    with open_regular(path, max_bytes=FILE_MAX_BYTES, allowed=allowed, error=StudyError) as file:
+    with open_regular(path, FileKind(allowed, FILE_MAX_BYTES, StudyError)) as file:
         try:
             unpacked = unpacked_bytes(file)
             if unpacked > FILE_MAX_BYTES:

@@ -24,65 +24,30 @@ the items is left out."""
 
 @dataclass(frozen=True)
 class Exclusion:
-    """A person whose answers are left out.
-
-    Attributes
-    ----------
-    participant : str
-        Whose.
-    rule : str
-        Field of [exclusions], or "post-screening".
-    found : str
-        What the person did, in words.
-    answers : int
-        Test answers that are left out.
-    """
+    """A person whose answers are left out."""
 
     participant: str
-    rule: str
-    found: str
-    answers: int
+    rule: str  # field of [exclusions], or "post-screening"
+    found: str  # what the person did, in words
+    answers: int  # test answers that are left out
 
 
 @dataclass(frozen=True)
 class Kept:
-    """What is left for the report.
+    """What is left for the report."""
 
-    Attributes
-    ----------
-    tests : list of Answer
-        Test answers to be judged, each trial of a person once.
-    repeats : list of tuple of Answer
-        First and second answer to the same trial.
-    obvious : list of Answer
-        Qualification and catch answers of those who stay.
-    people : tuple of str
-        Who answered anything.
-    excluded : list of Exclusion
-        Who left.
-    too_soon, too_late : int
-        Single answers that left.
-    """
-
-    tests: list[Answer]
-    repeats: list[tuple[Answer, Answer]]
-    obvious: list[Answer]
-    people: tuple[str, ...]
-    excluded: list[Exclusion]
+    tests: list[Answer]  # test answers to be judged, each trial of a person once
+    repeats: list[tuple[Answer, Answer]]  # first and second answer to the same trial
+    obvious: list[Answer]  # qualification and catch answers of those who stay
+    people: tuple[str, ...]  # who answered anything
+    excluded: list[Exclusion]  # who left
+    # Single answers that left.
     too_soon: int
     too_late: int
 
 
 def check_answers(design: Design, answers: Sequence[Answer]) -> None:
-    """Raise StudyError for answers that this study cannot have been given.
-
-    Parameters
-    ----------
-    design : Design
-        The study.
-    answers : sequence of Answer
-        Its table, of whatever source.
-    """
+    """Raise StudyError for answers that this study cannot have been given."""
     names = {each.name for each in design.conditions} | {MISMATCHED}
     choices = {each.name: each.choices for each in design.stimuli.sounds}
     seen: set[tuple[str, int]] = set()
@@ -140,23 +105,9 @@ def _number(text: str) -> float:
 
 
 def keep(design: Design, answers: Sequence[Answer]) -> Kept:
-    """Apply the rules of a study.
+    """Apply the rules of a study to its table, in any order.
 
-    Parameters
-    ----------
-    design : Design
-        The study.
-    answers : sequence of Answer
-        Its table, in any order.
-
-    Returns
-    -------
-    Kept
-
-    Raises
-    ------
-    StudyError
-        For answers that this study cannot have been given.
+    Raises StudyError for answers that this study cannot have been given.
     """
     check_answers(design, answers)
     of_person: dict[str, list[Answer]] = defaultdict(list)

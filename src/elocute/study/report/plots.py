@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from elocute.evaluation.confidence_intervals import ConfidenceInterval
+from elocute.study.report.report_parts import Plot, Table
 
 INK, FAINT, BAND = "#111213", "#a1a2a3", "#e1e2e3"
 SERIES = ("#1f6fb1", "#c2571a", "#2a8a5b", "#8a4fb0", "#b08a1f")
@@ -13,7 +14,38 @@ SERIES = ("#1f6fb1", "#c2571a", "#2a8a5b", "#8a4fb0", "#b08a1f")
 MARKERS = "osD^v"
 
 
-def plot_intervals(
+def interval_plot(
+    table: Table,
+    names: Sequence[str],
+    series: Mapping[str, Sequence[ConfidenceInterval]],
+    along: str,
+    *,
+    height: float,
+    number: str = ".2f",
+    limits: tuple[float, float] | None = None,
+    percent: bool = False,
+    **marks: Any,
+) -> Plot:
+    """A table's estimates with their intervals, told by those of the last series.
+
+    `along` names the axis, `number` is the format of what is told, and `marks` are `middle` and
+    `band` as for `_draw_intervals`.
+    """
+    told = "; ".join(
+        f"{name} {100 * each.value:.0f} %" if percent else f"{name} {each.value:{number}}"
+        for name, each in zip(names, list(series.values())[-1], strict=True)
+    )
+
+    def draw(axes: Any) -> None:
+        _draw_intervals(axes, names, series, percent=percent, **marks)
+        if limits:
+            axes.set_xlim(*limits)
+        axes.set_xlabel(along)
+
+    return Plot(table.name, table.title, told, draw, height)
+
+
+def _draw_intervals(
     axes: Any,
     names: Sequence[str],
     series: Mapping[str, Sequence[ConfidenceInterval]],
@@ -24,20 +56,8 @@ def plot_intervals(
 ) -> None:
     """Estimates with their intervals, a row for each name, the first at the top.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to draw.
-    names : sequence of str
-        Of the rows.
-    series : mapping of str to sequence of ConfidenceInterval
-        An interval for each row, by what it is.
-    middle : float, optional
-        Where a line stands: no difference.
-    band : tuple of float, optional
-        What is shaded: as good as no difference.
-    percent : bool
-        Whether values are shares.
+    `middle` draws a line where there is no difference, `band` shades what is as good as none, and
+    values are shares where `percent` says so.
     """
     factor = 100 if percent else 1
     if band:
@@ -71,15 +91,7 @@ def plot_intervals(
 
 
 def finish(axes: Any, *, percent: bool = False) -> None:
-    """Only the axes that say something.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where was drawn.
-    percent : bool
-        Whether shares are along x.
-    """
+    """Only the axes that say something; with `percent`, shares are along x."""
     axes.spines[["top", "right"]].set_visible(False)
     if percent:
         low, high = axes.get_xlim()

@@ -55,15 +55,7 @@ def write_report(report: Report, folder: str | Path, *, overwrite: bool = False)
 
 
 def check_place(folder: Path, overwrite: bool) -> None:
-    """Raise OutputError for a folder that is there, unless it is a report to be replaced.
-
-    Parameters
-    ----------
-    folder : Path
-        Where a report is to be.
-    overwrite : bool
-        Whether one that is there may go.
-    """
+    """Raise OutputError for a folder that is there, unless it is a report that may be replaced."""
     check_output(folder)
     if not os.path.lexists(folder):
         return
@@ -82,18 +74,7 @@ def check_place(folder: Path, overwrite: bool) -> None:
 
 
 def table_csv(table: Table) -> str:
-    """A table as CSV that no spreadsheet runs.
-
-    Parameters
-    ----------
-    table : Table
-        The table.
-
-    Returns
-    -------
-    str
-        All digits; shares in percent, as the headings say.
-    """
+    """A table as CSV that no spreadsheet runs: all digits, shares in percent."""
     rows = [
         [harmless(_scaled(cell, name)) for cell, name in zip(row, table.columns, strict=True)]
         for row in table.rows
@@ -102,17 +83,7 @@ def table_csv(table: Table) -> str:
 
 
 def table_latex(table: Table) -> str:
-    """A table as LaTeX for booktabs, with the digits of the page.
-
-    Parameters
-    ----------
-    table : Table
-        The table.
-
-    Returns
-    -------
-    str
-    """
+    """A table as LaTeX for booktabs, with the digits of the page."""
     rows = [
         [shown(cell, name) for cell, name in zip(row, table.columns, strict=True)]
         for row in table.rows

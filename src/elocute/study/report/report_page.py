@@ -26,21 +26,9 @@ DASHES = 2 * "-"
 
 
 def page_text(report: Report) -> str:
-    """A report as a page.
+    """A report as a page; whatever strangers wrote in it is shown and never markup.
 
-    Parameters
-    ----------
-    report : Report
-        The report; whatever strangers wrote in it is shown and never markup.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    MachineError
-        Where matplotlib is missing.
+    Raises MachineError where matplotlib is missing.
     """
     parts = {
         "TITLE": html.escape(report.title),
@@ -91,22 +79,9 @@ def _figure(plot: Plot) -> str:
 
 
 def plot_svg(plot: Plot) -> str:
-    """A plot as an element of a page, in the page's colours and letters.
+    """A plot as `<svg …>…</svg>` in the page's colours and letters, the same for the same plot.
 
-    Parameters
-    ----------
-    plot : Plot
-        The plot.
-
-    Returns
-    -------
-    str
-        `<svg …>…</svg>`, the same for the same plot.
-
-    Raises
-    ------
-    MachineError
-        Where matplotlib is missing.
+    Raises MachineError where matplotlib is missing.
     """
     text = io.StringIO()
     with drawing(plot.name) as pyplot:

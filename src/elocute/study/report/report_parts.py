@@ -15,52 +15,25 @@ FORMULA = "=+-@\t\r"
 
 @dataclass(frozen=True)
 class Table:
-    """A table.
+    """A table."""
 
-    Attributes
-    ----------
-    name : str
-        Of its files.
-    title : str
-        What it shows.
-    columns : tuple of str
-        Headings; a heading that ends in "%" has shares below, shown as percent.
-    rows : list of list of Cell
-        Cells.
-    note : str
-        What to know when reading it.
-    """
-
-    name: str
-    title: str
+    name: str  # of its files
+    title: str  # what it shows
+    # Headings; a heading that ends in "%" has shares below, shown as percent.
     columns: tuple[str, ...]
     rows: list[list[Cell]]
-    note: str = ""
+    note: str = ""  # what to know when reading it
 
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot; what it shows stands in a table too.
+    """A plot; what it shows stands in a table too."""
 
-    Attributes
-    ----------
-    name : str
-        Of its element.
-    title : str
-        What it shows.
-    told : str
-        The same in a sentence, for who cannot see it.
-    draw : callable
-        Draws on an `Axes` of matplotlib.
-    height : float
-        In inches, at a width of 7.
-    """
-
-    name: str
-    title: str
-    told: str
-    draw: Callable[[Any], None]
-    height: float = 3.0
+    name: str  # of its element
+    title: str  # what it shows
+    told: str  # the same in a sentence, for who cannot see it
+    draw: Callable[[Any], None]  # draws on an `Axes` of matplotlib
+    height: float = 3.0  # in inches, at a width of 7
 
 
 @dataclass(frozen=True)
@@ -75,23 +48,12 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """A report.
+    """A report."""
 
-    Attributes
-    ----------
-    title : str
-        Of the study.
-    facts : list of tuple of str
-        What it is about: names and values.
-    sections : list of Section
-        In their order.
-    warnings : list of str
-        What must be known before anything is believed.
-    """
-
-    title: str
-    facts: list[tuple[str, str]]
-    sections: list[Section] = field(default_factory=list)
+    title: str  # of the study
+    facts: list[tuple[str, str]]  # what it is about: names and values
+    sections: list[Section] = field(default_factory=list)  # in their order
+    # What must be known before anything is believed.
     warnings: list[str] = field(default_factory=list)
 
     @property
@@ -101,19 +63,7 @@ class Report:
 
 
 def shown(cell: Cell, heading: str) -> str:
-    """A cell as people read it.
-
-    Parameters
-    ----------
-    cell : Cell
-        What stands in it.
-    heading : str
-        Of its column.
-
-    Returns
-    -------
-    str
-    """
+    """A cell as people read it under the heading of its column."""
     if isinstance(cell, ConfidenceInterval):
         if cell.value != cell.value:
             return "–"
@@ -138,34 +88,12 @@ def _short(value: float) -> str:
 
 
 def is_text(table: Table, place: int) -> bool:
-    """Whether a column of a table holds texts, which stand to the left.
-
-    Parameters
-    ----------
-    table : Table
-        The table.
-    place : int
-        Of the column, from 0.
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a column of a table, from 0, holds texts, which stand to the left."""
     return bool(table.rows) and all(isinstance(row[place], str) for row in table.rows)
 
 
 def harmless(cell: Cell) -> Cell:
-    """A cell for a spreadsheet, which would run a text that begins like a formula.
-
-    Parameters
-    ----------
-    cell : Cell
-        What stands in it; its text may be a stranger's.
-
-    Returns
-    -------
-    Cell
-    """
+    """A cell for a spreadsheet, which would run a stranger's text that begins like a formula."""
     if not isinstance(cell, str):
         return cell
     text = printable(cell)

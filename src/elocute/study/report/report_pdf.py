@@ -24,22 +24,9 @@ CELL_MAX = 34
 
 
 def pdf_bytes(report: Report) -> bytes:
-    """A report as a PDF.
+    """A report as a PDF, the same for the same report.
 
-    Parameters
-    ----------
-    report : Report
-        The report.
-
-    Returns
-    -------
-    bytes
-        The same for the same report.
-
-    Raises
-    ------
-    MachineError
-        Where matplotlib is missing.
+    Raises MachineError where matplotlib is missing.
     """
     file = io.BytesIO()
     with drawing("pdf") as figures:

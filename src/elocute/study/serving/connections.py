@@ -1,4 +1,4 @@
-"""Connections that ask nothing, or take no answer, do not keep others out.
+"""Waiting for requests; connections that ask nothing, or take no answer, keep no others out.
 
 A connection waits while it has sent no whole request. It may wait for `WHOLE_S`; where there are
 too many of one address, or in all, the one that has waited longest is ended for each new one.
@@ -8,11 +8,16 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import socket
 from collections import Counter
 from typing import Any, Protocol
 
-import h11
-from uvicorn.protocols.http.h11_impl import H11Protocol
+from elocute.errors import OutputError, needs_extra
+
+with needs_extra("serving a study", "study"):
+    import h11
+    import uvicorn
+    from uvicorn.protocols.http.h11_impl import H11Protocol
 
 WHOLE_S = 15.0
 """How long a request may take until it is there as a whole: 4 kB at most, and its head."""
@@ -30,17 +35,9 @@ BACKLOG = 100
 
 
 def connection_limit(most: int = MOST) -> int:
-    """How many connections there may be at once, below what the system allows this process.
+    """How many connections there may be at once, up to `most` and to what the system allows.
 
-    Parameters
-    ----------
-    most : int
-        No more than these, whatever it allows.
-
-    Returns
-    -------
-    int
-        The process may open files for so many afterwards, where the system lets it.
+    The process may open files for so many afterwards, where the system lets it.
     """
     try:
         import resource
@@ -173,3 +170,51 @@ class BoundedConnection(H11Protocol):
 def bounded(room: Room) -> Any:
     """A class of connections that share a room, as uvicorn's `http` wants it."""
     return type("BoundedConnection", (BoundedConnection,), {"room": room})
+
+
+def listening(address: str, port: int) -> socket.socket:
+    """A socket that takes connections at an address of this machine; port 0 takes a free one.
+
+    Raises OutputError for an address or port that cannot be had.
+    """
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    opened = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        opened.bind((address, port))
+        opened.listen(1024)
+    except (OSError, OverflowError) as error:
+        opened.close()
+        raise OutputError.about(
+            f"{address}:{port}", found=f"cannot be listened on ({error})", allowed="a free port"
+        ) from error
+    return opened
+
+
+def serve(app: Any, opened: socket.socket, *, behind_proxy: bool = False) -> None:
+    """Answer until the process is told to end, and close the socket.
+
+    With `behind_proxy`, a server on this machine passes requests on, and says who asks.
+    """
+    most = connection_limit()
+    # A proxy has all connections to itself, and a limit of its own for each who asks.
+    room = Room(most, most if behind_proxy else max(8, most // ADDRESS_SHARE))
+    config = uvicorn.Config(
+        app,
+        http=bounded(room),
+        ws="none",
+        lifespan="off",
+        log_level="error",
+        access_log=False,
+        server_header=False,
+        proxy_headers=behind_proxy,
+        forwarded_allow_ips="127.0.0.1" if behind_proxy else "",
+        timeout_keep_alive=20,
+        timeout_graceful_shutdown=5,
+        backlog=BACKLOG,
+        h11_max_incomplete_event_size=16_384,
+    )
+    try:
+        uvicorn.Server(config).run(sockets=[opened])
+    finally:
+        opened.close()

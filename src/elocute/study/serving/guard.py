@@ -87,19 +87,9 @@ class SteadyClock:
 
 
 def host_names(hosts: Iterable[str], port: int) -> frozenset[str]:
-    """What a Host header may be.
+    """What a Host header may be, of names with a port or without, in small letters.
 
-    Parameters
-    ----------
-    hosts : iterable of str
-        Names under which the server is reached, with a port or without.
-    port : int
-        The port on which it listens.
-
-    Returns
-    -------
-    frozenset of str
-        Small letters: each with its own port, or with the server's, or without any.
+    Each with its own port, or with the one on which the server listens, or without any.
     """
     allowed: set[str] = set()
     for host in hosts:

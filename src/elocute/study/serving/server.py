@@ -19,6 +19,7 @@ from urllib.parse import quote
 
 from elocute.errors import StudyError, needs_extra
 from elocute.files.json_records import as_record, parse_json
+from elocute.files.reading import FileKind
 from elocute.study.design.design import WORD_MAX
 from elocute.study.design.trials import (
     Clip,
@@ -63,7 +64,7 @@ EARLY_S = 0.25
 """How much sooner than the clip lasts an answer may come: clocks and the last frame."""
 SLACK_S = 5.0
 """How much longer than the server has seen a person may say to have needed."""
-TEXTS_MAX = 200_000
+TEXTS_FILE = FileKind("texts", 200_000, StudyError)
 NUMBER = re.compile(r"\d{1,3}")
 PANEL_VALUE = re.compile(r"(?!.*(?:\{\{|\$\{|%%|\[%))[^\x00-\x1f\x7f]{1,200}")
 """What a panel calls a person, a study or a session; never what a panel has left unfilled, as
@@ -72,24 +73,12 @@ PANEL_VALUE = re.compile(r"(?!.*(?:\{\{|\$\{|%%|\[%))[^\x00-\x1f\x7f]{1,200}")
 
 @dataclass(frozen=True)
 class Serving:
-    """How a study is served.
+    """How a study is served."""
 
-    Attributes
-    ----------
-    hosts : tuple of str
-        Names under which the server is reached; () is this machine alone.
-    admin_token : str
-        Who has it may ask for answers; "" is nobody.
-    invited : bool
-        Whether only personal links let people in.
-    joins_a_minute : int
-        How many may begin in a minute from one address.
-    """
-
-    hosts: tuple[str, ...] = ()
-    admin_token: str = ""
-    invited: bool = False
-    joins_a_minute: int = 240
+    hosts: tuple[str, ...] = ()  # names under which the server is reached; () is this machine alone
+    admin_token: str = ""  # who has it may ask for answers; "" is nobody
+    invited: bool = False  # whether only personal links let people in
+    joins_a_minute: int = 240  # how many may begin in a minute from one address
 
 
 class StudyService:
@@ -221,12 +210,12 @@ class StudyService:
 
     def _clip(self, shown: Shown, video: Clip | Pair) -> dict[str, Any]:
         seconds = self._videos[video.name].seconds
-        made = {"id": self._id(video.name), "seconds": seconds, "sides": 1, "swap": False}
+        clip = {"id": self._id(video.name), "seconds": seconds, "sides": 1, "swap": False}
         if isinstance(video, Pair):
             # Of a rating beside its reference, the reference is always on the left.
             left = shown.left if shown.right else shown.trial.reference
-            made |= {"sides": 2, "swap": video.left != left}
-        return made
+            clip |= {"sides": 2, "swap": video.left != left}
+        return clip
 
     def _is_pause(self, person: Person, shown: Shown) -> bool:
         every = self.study.design.watching.break_every
@@ -344,21 +333,7 @@ STATUS = {
 
 
 def study_app(service: StudyService, port: int, clock: Callable[[], float] | None = None) -> Any:
-    """The ASGI application of a study.
-
-    Parameters
-    ----------
-    service : StudyService
-        What answers.
-    port : int
-        The port on which it listens.
-    clock : callable, optional
-        Seconds since 1970; by default the store's.
-
-    Returns
-    -------
-    ASGI application
-    """
+    """The ASGI application of a study that listens on a port, with the store's clock by default."""
     now = clock or service.store.clock
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     joins = Rates(service.serving.joins_a_minute, service.serving.joins_a_minute / 60)
@@ -524,28 +499,14 @@ def _add_admin(
 
 
 def read_texts(languages: tuple[str, ...], folder: Path | None = None) -> dict[str, dict[str, str]]:
-    """The page's texts.
+    """The page's texts by language, then by name; the page begins with the first language.
 
-    Parameters
-    ----------
-    languages : tuple of str
-        Which; the first is the one that the page begins with.
-    folder : Path, optional
-        Where files LANGUAGE.json of further languages are.
-
-    Returns
-    -------
-    dict of str to dict of str to str
-        By language, then by name.
-
-    Raises
-    ------
-    StudyError
-        For a language without a file, and a file that lacks a text.
+    Languages beside English and German are files LANGUAGE.json in `folder`. Raises StudyError for a
+    language without a file, and a file that lacks a text.
     """
     from elocute.files.json_records import read_record
 
-    english = read_record(PAGES / "en.json", max_bytes=TEXTS_MAX, allowed="texts")
+    english = read_record(PAGES / "en.json", TEXTS_FILE)
     texts = {}
     for language in languages:
         own = folder / f"{language}.json" if folder else None
@@ -556,7 +517,7 @@ def read_texts(languages: tuple[str, ...], folder: Path | None = None) -> dict[s
                 found=repr(language),
                 allowed="en, de, or a language with a file LANGUAGE.json among `texts`",
             )
-        read = read_record(path, max_bytes=TEXTS_MAX, allowed="texts", error=StudyError)
+        read = read_record(path, TEXTS_FILE)
         missing = [name for name in english if not isinstance(read.get(name), str)]
         if missing:
             raise StudyError.about(
@@ -567,15 +528,7 @@ def read_texts(languages: tuple[str, ...], folder: Path | None = None) -> dict[s
 
 
 def check_admin_token(token: str, public: bool) -> None:
-    """Raise StudyError for an administrator's token that is easily guessed, or missing.
-
-    Parameters
-    ----------
-    token : str
-        "" for none.
-    public : bool
-        Whether others than this machine are served.
-    """
+    """Raise StudyError for an administrator's token that is easily guessed, or missing."""
     if (token or public) and not re.fullmatch(rf"[!-~]{{{TOKEN_MIN},200}}", token):
         raise StudyError.about(
             "ELOCUTE_STUDY_ADMIN_TOKEN",

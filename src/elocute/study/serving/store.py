@@ -16,7 +16,7 @@ import secrets
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from typing import Any
 from elocute.errors import MachineError, StudyError, needs_extra
 from elocute.study.design.design import Design
 from elocute.study.design.trials import Clip, Shown, Trial, block_count, sequence
-from elocute.study.report.answers import COLUMNS, Answer
+from elocute.study.report.answers import COLUMNS, Answer, answer_to
 from elocute.study.serving.guard import SteadyClock
 
 with needs_extra("serving a study", "study"):
@@ -67,6 +67,8 @@ PEOPLE = sql.Table(
     sql.Column("panel", sql.Text, nullable=True),
     sql.UniqueConstraint("block", "visit"),
 )
+AS_STORED = ("id", "block", "visit", "language", "state", "code", "answered", "last_at")
+"""Columns that a `Person` has as they are."""
 LINKS = sql.Table(
     "study_links",
     META,
@@ -99,43 +101,21 @@ ANSWERS = sql.Table(
 
 @dataclass(frozen=True)
 class Person:
-    """One participant.
+    """One participant."""
 
-    Attributes
-    ----------
-    id : str
-        Opaque, as in the table of answers.
-    block, visit : int
-        Place in the assignment.
-    language : str
-        Of the page.
-    state : str
-        "active", "done" or "stopped".
-    code : str
-        For a panel, once done.
-    checks : dict, optional
-        What the checks of screen and sound found; None before them.
-    answered : int
-        How many trials.
-    last_at : float
-        When the last answer, or what came before the first, was stored; s since 1970.
-    shown : tuple of Shown
-        The person's sequence.
-    panel : dict of str to str
-        What the link of a panel brought: "id", and "study" and "session" where it has them; {} for
-        who came otherwise.
-    """
-
-    id: str
+    id: str  # opaque, as in the table of answers
+    # Place in the assignment.
     block: int
     visit: int
-    language: str
-    state: str
-    code: str
-    checks: dict[str, Any] | None
-    answered: int
-    last_at: float
-    shown: tuple[Shown, ...]
+    language: str  # of the page
+    state: str  # "active", "done" or "stopped"
+    code: str  # for a panel, once done
+    checks: dict[str, Any] | None  # what the checks of screen and sound found; None before them
+    answered: int  # how many trials
+    last_at: float  # when the last answer, or what came before the first, was stored; s since 1970
+    shown: tuple[Shown, ...]  # the person's sequence
+    # What the link of a panel brought: "id", and "study" and "session" where it has them; {} for
+    # who came otherwise.
     panel: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -233,31 +213,12 @@ class Store:
     def join(
         self, language: str, link: str | None = None, panel: dict[str, str] | None = None
     ) -> tuple[str, Person]:
-        """Take somebody in.
+        """Take somebody in, and return the token that the person's page has; its digest is stored.
 
-        Parameters
-        ----------
-        language : str
-            Of the page.
-        link : str, optional
-            The token of a personal link; whoever comes again by it is the same person, whose
-            former token ends.
-        panel : dict of str to str, optional
-            What the link of a panel brought; its "id" is a person's in the same way.
-
-        Returns
-        -------
-        token : str
-            What the person's page says who it is by. Only its digest is stored.
-        person : Person
-
-        Raises
-        ------
-        RefusedError
-            "link" for one that is unknown or whose person withdrew, "again" for the id of a panel
-            whose person withdrew, "full" where all places are taken.
-        StoreError
-            Where it cannot be stored.
+        Whoever comes again by a personal link, or with the id of a panel, is the same person, whose
+        former token ends. Raises RefusedError: "link" for one that is unknown or whose person
+        withdrew, "again" for the id of a panel whose person withdrew, "full" where all places are
+        taken. Raises StoreError where it cannot be stored.
         """
         token = secrets.token_urlsafe(TOKEN_BYTES)
         for _ in range(TRIES):
@@ -292,15 +253,8 @@ class Store:
             )
             connection.execute(
                 sql.insert(PEOPLE).values(
-                    id=person.id,
+                    **{name: getattr(person, name) for name in AS_STORED},
                     token=digest(token),
-                    block=block,
-                    visit=visit,
-                    language=language,
-                    state=ACTIVE,
-                    code=person.code,
-                    answered=0,
-                    last_at=person.last_at,
                     joined_at=utc(person.last_at),
                     shown=json.dumps([_record(each) for each in person.shown]),
                     panel=json.dumps(panel) if panel else None,
@@ -377,29 +331,22 @@ class Store:
         if row.id not in self._shown:
             self._shown[row.id] = tuple(_shown(each) for each in json.loads(row.shown))
         return Person(
-            id=row.id,
-            block=row.block,
-            visit=row.visit,
-            language=row.language,
-            state=row.state,
-            code=row.code,
+            **{name: getattr(row, name) for name in AS_STORED},
             checks=None if row.checks is None else json.loads(row.checks),
-            answered=row.answered,
-            last_at=row.last_at,
             shown=self._shown[row.id],
             panel=json.loads(row.panel) if row.panel else {},
         )
 
-    def check(self, person: Person, found: dict[str, Any]) -> Person:
+    def check(self, person: Person, results: dict[str, Any]) -> Person:
         """Store what the checks of screen and sound found. Raises StoreError."""
         now = self.clock()
         with self._writing() as connection:
             connection.execute(
                 sql.update(PEOPLE)
                 .where(PEOPLE.c.id == person.id, PEOPLE.c.checks.is_(None))
-                .values(checks=json.dumps(found), last_at=now)
+                .values(checks=json.dumps(results), last_at=now)
             )
-        return replace(person, checks=found, last_at=now)
+        return replace(person, checks=results, last_at=now)
 
     def answer(
         self,
@@ -412,34 +359,12 @@ class Store:
         late_ms: float | None = None,
         dropped: int | None = None,
     ) -> Person:
-        """Store an answer, once.
+        """Store an answer (condition, number or word), once; the person as it is now.
 
-        Parameters
-        ----------
-        person : Person
-            Whose.
-        order : int
-            Of the trial in the person's sequence.
-        answer : str
-            Condition, number or word.
-        seconds : float
-            From the first playable frame to the answer.
-        replays : int
-            How often it was played again.
-        late_ms, dropped : optional
-            How far picture and sound were apart at most, and pictures that were not shown.
-
-        Returns
-        -------
-        Person
-            As it is now; unchanged where this trial was answered before.
-
-        Raises
-        ------
-        RefusedError
-            "order" for a trial that is not the next, "gone" where the person withdrew meanwhile.
-        StoreError
-            Where it cannot be stored; then it is not.
+        `late_ms` and `dropped` say how far picture and sound were apart at most, and how many
+        pictures were not shown. A trial that was answered before stays as it was. Raises
+        RefusedError: "order" for a trial that is not the next, "gone" where the person withdrew
+        meanwhile. Raises StoreError where it cannot be stored; then it is not.
         """
         now = self.clock()
         with self._writing() as connection:
@@ -454,27 +379,17 @@ class Store:
             shown = current.next
             if order != current.answered + 1 or shown is None or current.state != ACTIVE:
                 raise RefusedError("order")
-            stored = Answer(
+            stored = answer_to(
+                shown,
+                answer,
                 participant=person.id,
                 group=current.block,
-                order=order,
-                trial=shown.trial.name,
-                kind=shown.trial.kind,
-                role=shown.trial.role,
-                stimulus=shown.trial.stimulus,
-                reference=shown.trial.reference,
-                left=shown.left,
-                right=shown.right,
-                answer=answer,
-                correct=shown.trial.correct,
                 seconds=round(seconds, 3),
                 replays=replays,
                 answered_at=utc(now),
             )
-            values = {name: getattr(stored, name) for name in COLUMNS}
-            connection.execute(
-                sql.insert(ANSWERS).values(**values, late_ms=late_ms, dropped=dropped)
-            )
+            values = {**asdict(stored), "late_ms": late_ms, "dropped": dropped}
+            connection.execute(sql.insert(ANSWERS).values(values))
             state = self._state_after(connection, current, order)
             connection.execute(
                 sql.update(PEOPLE)
@@ -567,20 +482,7 @@ class Store:
         ]
 
     def code_of(self, state: str, own: str) -> str:
-        """What a person gives to a panel: the study's fixed code, or the person's own.
-
-        Parameters
-        ----------
-        state : str
-            "active", "done" or "stopped".
-        own : str
-            The person's own.
-
-        Returns
-        -------
-        str
-            "" where there is none.
-        """
+        """What a person gives to a panel: the study's code for a state, or the person's own."""
         panel = self.design.panel
         codes = {DONE: panel.done_code or own, STOPPED: panel.stopped_code}
         return codes.get(state, "")
@@ -592,39 +494,20 @@ class Store:
                 sql.select(PEOPLE.c.state, sql.func.count()).group_by(PEOPLE.c.state)
             ).all()
             answers = connection.execute(sql.select(sql.func.count()).select_from(ANSWERS)).scalar()
-        found = {row[0]: row[1] for row in states}
-        return {each: found.get(each, 0) for each in (ACTIVE, DONE, STOPPED)} | {"answers": answers}
+        people = {row[0]: row[1] for row in states}
+        return {
+            **{each: people.get(each, 0) for each in (ACTIVE, DONE, STOPPED)},
+            "answers": answers,
+        }
 
 
 def digest(token: str) -> str:
-    """What of a token is stored.
-
-    Parameters
-    ----------
-    token : str
-        Random, of a person or a link.
-
-    Returns
-    -------
-    str
-        Hexadecimal.
-    """
+    """What of a token is stored, hexadecimal."""
     return hashlib.sha256(token.encode("utf-8", "replace")).hexdigest()
 
 
 def utc(seconds: float) -> str:
-    """A time as the table of answers writes it.
-
-    Parameters
-    ----------
-    seconds : float
-        Since 1970.
-
-    Returns
-    -------
-    str
-        ISO 8601 with milliseconds.
-    """
+    """Seconds since 1970 as the table of answers writes them: ISO 8601 with milliseconds."""
     moment = datetime.fromtimestamp(seconds, UTC)
     return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
@@ -728,30 +611,16 @@ def _migrate(connection: Any) -> None:
 
 
 def _record(shown: Shown) -> dict[str, Any]:
-    trial, clip = shown.trial, shown.trial.reference_clip
-    return {
-        "order": shown.order,
-        "left": shown.left,
-        "right": shown.right,
-        "words": list(shown.words),
-        "trial": {
-            "name": trial.name,
-            "kind": trial.kind,
-            "role": trial.role,
-            "stimulus": trial.stimulus,
-            "conditions": list(trial.conditions),
-            "reference": trial.reference,
-            "reference_clip": [clip.condition, clip.stimulus] if clip else None,
-            "correct": trial.correct,
-            "words": list(trial.words),
-        },
-    }
+    """A trial as one person sees it, for JSON."""
+    record, clip = asdict(shown), shown.trial.reference_clip
+    record["trial"]["reference_clip"] = [clip.condition, clip.stimulus] if clip else None
+    return record
 
 
 def _shown(record: dict[str, Any]) -> Shown:
     trial = dict(record["trial"])
     clip = trial.pop("reference_clip")
-    made = Trial(
+    asked = Trial(
         **{
             **trial,
             "conditions": tuple(trial["conditions"]),
@@ -760,4 +629,4 @@ def _shown(record: dict[str, Any]) -> Shown:
         }
     )
     words = tuple(record["words"])
-    return Shown(record["order"], made, record["left"], record["right"], words)
+    return Shown(record["order"], asked, record["left"], record["right"], words)

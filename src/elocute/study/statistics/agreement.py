@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from elocute.evaluation.confidence_intervals import NO_INTERVAL, ConfidenceInterval
 from elocute.study.statistics.two_way import codes_of
 
-LEVELS = ("nominal", "ordinal", "interval")
 DRAWS = 500
 CELLS_MAX = 5_000_000
 """Units by kinds of answers."""
@@ -24,21 +23,11 @@ CELLS_MAX = 5_000_000
 
 @dataclass(frozen=True)
 class _Units:
-    """Units with two answers or more. Answers are points: disagreement is their squared distance.
+    """Units with two answers or more, as points: disagreement is their squared distance."""
 
-    Attributes
-    ----------
-    sizes : (unit,)
-        Answers.
-    sums : (unit, axis)
-        Of their points.
-    squares : (unit,)
-        Sums of their points' squared lengths.
-    """
-
-    sizes: NDArray[np.float64]
-    sums: NDArray[np.float64]
-    squares: NDArray[np.float64]
+    sizes: NDArray[np.float64]  # (unit,) answers
+    sums: NDArray[np.float64]  # (unit, axis) of their points
+    squares: NDArray[np.float64]  # (unit,) sums of their points' squared lengths
 
     def alpha(self, rows: NDArray[np.intp] | None = None) -> float:
         """Of all units, or of some, which may be there more than once."""
@@ -51,8 +40,10 @@ class _Units:
         return float(1 - observed.sum() / expected) if expected > 1e-12 * count else float("nan")
 
 
-def krippendorff_alpha(units: Any, values: Any, level: str = "nominal") -> float:
-    """Alpha of answers.
+def alpha_interval(
+    units: Any, values: Any, level: str, confidence: float, seed: int = 0
+) -> ConfidenceInterval:
+    """Alpha of answers with an interval by the bootstrap over units.
 
     Parameters
     ----------
@@ -62,26 +53,6 @@ def krippendorff_alpha(units: Any, values: Any, level: str = "nominal") -> float
         Names for "nominal", else numbers.
     level : str
         "nominal" (the same or not), "ordinal" (by ranks) or "interval" (by differences).
-
-    Returns
-    -------
-    float
-        NaN where no unit has two answers, where all answers are the same, and where there are
-        more kinds of answers to more units than `CELLS_MAX`.
-    """
-    found = _units(units, values, level)
-    return found.alpha() if found else float("nan")
-
-
-def alpha_interval(
-    units: Any, values: Any, level: str, confidence: float, seed: int = 0
-) -> ConfidenceInterval:
-    """Alpha with an interval by the bootstrap over units.
-
-    Parameters
-    ----------
-    units, values, level
-        As for `krippendorff_alpha`.
     confidence : float
         0.95, for example.
     seed : int
@@ -90,14 +61,17 @@ def alpha_interval(
     Returns
     -------
     ConfidenceInterval
-        NaN bounds for fewer than three units.
+        NaN where no unit has two answers, where all answers are the same, and where there are
+        more kinds of answers to more units than `CELLS_MAX`; NaN bounds for fewer than three units.
     """
-    found = _units(units, values, level)
-    if found is None:
+    answered = _units(units, values, level)
+    if answered is None:
         return NO_INTERVAL
-    value, count = found.alpha(), len(found.sizes)
+    value, count = answered.alpha(), len(answered.sizes)
     rng = np.random.default_rng(seed)
-    drawn = [found.alpha(rng.integers(0, count, count)) for _ in range(DRAWS if count > 2 else 0)]
+    drawn = [
+        answered.alpha(rng.integers(0, count, count)) for _ in range(DRAWS if count > 2 else 0)
+    ]
     finite = [each for each in drawn if each == each]
     if not finite:
         return ConfidenceInterval(value, float("nan"), float("nan"))

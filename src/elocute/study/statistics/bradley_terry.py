@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from elocute.errors import needs_extra
 from elocute.evaluation.confidence_intervals import ConfidenceInterval
+from elocute.study.statistics.mixed_logit import logistic
 from elocute.study.statistics.two_way import codes_of, degrees_of, two_way_covariance
 
 RIDGE = 1e-4
@@ -23,27 +24,13 @@ STEPS_MAX = 200
 
 @dataclass(frozen=True)
 class Strengths:
-    """The fitted model.
+    """The fitted model."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Conditions.
-    values : (condition,)
-        Strengths in logits; their mean is 0.
-    covariance : (condition, condition)
-        Over people and stimuli.
-    side : float
-        In logits: above 0 where the left is chosen more often whatever is there.
-    degrees : int
-        Of freedom.
-    """
-
-    names: tuple[str, ...]
-    values: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    side: float
-    degrees: int
+    names: tuple[str, ...]  # conditions
+    values: NDArray[np.float64]  # (condition,) strengths in logits; their mean is 0
+    covariance: NDArray[np.float64]  # (condition, condition) over people and stimuli
+    side: float  # in logits: above 0 where the left is chosen more often whatever is there
+    degrees: int  # of freedom
 
     def interval(self, name: str, confidence: float, against: str = "") -> ConfidenceInterval:
         """A strength, or how much it exceeds another's, in logits."""
@@ -62,9 +49,9 @@ class Strengths:
         """Of the hypothesis that two are equally strong."""
         from scipy.stats import t
 
-        found = self.interval(name, 0.5, against)
-        error = (found.high - found.value) / float(t.ppf(0.75, self.degrees))
-        return float(2 * t.sf(abs(found.value) / error, self.degrees)) if error > 0 else 1.0
+        apart = self.interval(name, 0.5, against)
+        error = (apart.high - apart.value) / float(t.ppf(0.75, self.degrees))
+        return float(2 * t.sf(abs(apart.value) / error, self.degrees)) if error > 0 else 1.0
 
 
 def connected(names: Sequence[str], left: Sequence[str], right: Sequence[str]) -> bool:
@@ -126,7 +113,7 @@ def fit_bradley_terry(
     if side:
         columns = np.column_stack([columns, np.ones(len(yes))])
     at, inverse = _newton(columns, yes)
-    scores = (yes - _logistic(columns @ at))[:, None] * columns
+    scores = (yes - logistic(columns @ at))[:, None] * columns
     who, what = codes_of(people), codes_of(stimuli)
     covariance = inverse @ two_way_covariance(scores, who, what) @ inverse
     inner = count - 1
@@ -145,7 +132,7 @@ def _newton(
     at = np.zeros(columns.shape[1])
     inverse = np.eye(len(at))
     for _ in range(STEPS_MAX):
-        p = _logistic(columns @ at)
+        p = logistic(columns @ at)
         curve = columns.T @ ((p * (1 - p))[:, None] * columns) + RIDGE * np.eye(len(at))
         inverse = np.linalg.inv(curve)
         step = np.clip(inverse @ (columns.T @ (yes - p) - RIDGE * at), -1, 1)
@@ -153,7 +140,3 @@ def _newton(
         if np.abs(step).max(initial=0.0) < 1e-10:
             break
     return np.asarray(at, np.float64), np.asarray(inverse, np.float64)
-
-
-def _logistic(eta: NDArray[np.float64]) -> NDArray[np.float64]:
-    return 0.5 * (1 + np.tanh(eta / 2))

@@ -20,19 +20,7 @@ PARTS = 5
 
 
 def learning_section(design: Design, kept: Kept) -> Section:
-    """Answers by fifths of each person's sequence.
-
-    Parameters
-    ----------
-    design : Design
-        The study.
-    kept : Kept
-        What is reported.
-
-    Returns
-    -------
-    Section
-    """
+    """Answers by fifths of each person's sequence."""
     parts = _parts(kept.tests)
     alike = _as_others(kept.tests) if design.study.kind != "rating" else {}
     confidence = design.analysis.confidence
@@ -82,15 +70,15 @@ def _as_others(tests: Sequence[Answer]) -> dict[int, bool]:
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     for each in tests:
         counts[each.trial][each.answer] += 1
-    found = {}
+    alike = {}
     for each in tests:
         others = counts[each.trial].copy()
         others[each.answer] -= 1
         total = others.total()
         most, count = max(others.items(), key=lambda item: item[1])
         if 2 * count > total:
-            found[id(each)] = each.answer == most
-    return found
+            alike[id(each)] = each.answer == most
+    return alike
 
 
 def _repeat_table(design: Design, kept: Kept) -> Table:

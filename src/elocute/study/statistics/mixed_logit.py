@@ -27,30 +27,15 @@ EFFECT_MAX = 15.0
 
 @dataclass(frozen=True)
 class MixedLogit:
-    """A fitted model.
+    """A fitted model."""
 
-    Attributes
-    ----------
-    effects : (effect,)
-        β in logits.
-    covariance : (effect, effect)
-        Of the effects.
-    sds : dict of str to float
-        How far the members of each group differ, σ in logits.
-    log_likelihood : float
-        By Laplace's approximation.
-    degrees : float
-        Of freedom, for intervals of the effects: few members tell little of how members differ.
-    converged : bool
-        Whether the search came to an end.
-    """
-
-    effects: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    sds: dict[str, float]
-    log_likelihood: float
+    effects: NDArray[np.float64]  # (effect,) β in logits
+    covariance: NDArray[np.float64]  # (effect, effect) of the effects
+    sds: dict[str, float]  # how far the members of each group differ, σ in logits
+    log_likelihood: float  # by Laplace's approximation
+    # Of freedom, for intervals of the effects: few members tell little of how members differ.
     degrees: float
-    converged: bool
+    converged: bool  # whether the search came to an end
 
     @property
     def errors(self) -> NDArray[np.float64]:
@@ -116,17 +101,17 @@ def fit_mixed_logit(
     effects = problem.fixed.shape[1]
     bounds = [(-EFFECT_MAX, EFFECT_MAX)] * effects
     bounds += [(np.log(SD_MIN), np.log(SD_MAX))] * len(problem.sizes)
-    found = minimize(problem.deviance, start, jac=True, method="L-BFGS-B", bounds=bounds)
-    at = np.asarray(found.x)
+    minimum = minimize(problem.deviance, start, jac=True, method="L-BFGS-B", bounds=bounds)
+    at = np.asarray(minimum.x)
     sds = dict(zip(groups, np.exp(at[effects:]).tolist(), strict=True))
     covariance = problem.covariance(at)
     return MixedLogit(
         at[:effects],
         covariance,
         sds,
-        -0.5 * float(found.fun),
+        -0.5 * float(minimum.fun),
         problem.degrees(sds, covariance),
-        bool(found.success),
+        bool(minimum.success),
     )
 
 
@@ -154,7 +139,7 @@ class _Problem:
         """Effects as if nobody differed, by a few steps of Newton."""
         at = np.zeros(self.fixed.shape[1])
         for _ in range(25):
-            p = _logistic(np.clip(self.fixed @ at, -EFFECT_MAX, EFFECT_MAX))
+            p = logistic(np.clip(self.fixed @ at, -EFFECT_MAX, EFFECT_MAX))
             weight = np.maximum(self.trials * p * (1 - p), 1e-9)
             curve = self.fixed.T @ (weight[:, None] * self.fixed) + 1e-6 * np.eye(len(at))
             step = np.linalg.solve(curve, self.fixed.T @ (self.yes - self.trials * p))
@@ -182,7 +167,7 @@ class _Problem:
                 step = step / 2
                 values = values - step
                 continue
-            fit, p = now, _logistic(eta)
+            fit, p = now, logistic(eta)
             slope = scale * self._by_member(self.yes - self.trials * p) - values
             step, determinant = self._solve(self.trials * p * (1 - p), scale, slope)
             if np.abs(step).max(initial=0.0) < 1e-7:
@@ -258,21 +243,12 @@ class _Problem:
         return float(np.clip(max(total, sum(parts)) ** 2 / below, 1, 1e6)) if below > 0 else 1e6
 
 
-def _logistic(eta: NDArray[np.float64]) -> NDArray[np.float64]:
+def logistic(eta: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Shares of logits."""
     return 0.5 * (1 + np.tanh(eta / 2))
 
 
 def marginal_share(logit: float, sd: float) -> float:
-    """The share of yes over all members, where they differ by a deviation about a logit.
-
-    Parameters
-    ----------
-    logit, sd : float
-        Mean and standard deviation, in logits.
-
-    Returns
-    -------
-    float
-    """
+    """The share of yes over all members, whose logits deviate from one by `sd`."""
     places, weights = np.polynomial.hermite_e.hermegauss(41)
-    return float(_logistic(logit + sd * places) @ weights / weights.sum())
+    return float(logistic(logit + sd * places) @ weights / weights.sum())

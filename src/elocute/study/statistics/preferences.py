@@ -11,7 +11,7 @@ import numpy as np
 from elocute.evaluation.confidence_intervals import NO_INTERVAL, ConfidenceInterval
 from elocute.study.design.design import Design
 from elocute.study.report.answers import Answer
-from elocute.study.report.plots import plot_intervals
+from elocute.study.report.plots import interval_plot
 from elocute.study.report.report_parts import Cell, Plot, Section, Table
 from elocute.study.statistics.bradley_terry import fit_bradley_terry
 from elocute.study.statistics.mixed_logit import MixedLogit, fit_mixed_logit, marginal_share
@@ -28,26 +28,13 @@ MIXED_MIN = 4
 
 @dataclass(frozen=True)
 class MixedShare:
-    """A share as the mixed model has it: of people and stimuli in general, seen on either side.
+    """A share as the mixed model has it: of people and stimuli in general, seen on either side."""
 
-    Attributes
-    ----------
-    share : ConfidenceInterval
-        NaN where there are too few people or stimuli.
-    p : float
-        Of the hypothesis that it is a half.
-    logit : float
-        The effect, of the person and stimulus in the middle.
-    sds : dict of str to float
-        How far people and stimuli differ, in logits.
-    narrow : ConfidenceInterval
-        The interval that two one-sided tests look at: of 90 % where the other is of 95 %.
-    """
-
-    share: ConfidenceInterval
-    p: float
-    logit: float
-    sds: dict[str, float]
+    share: ConfidenceInterval  # NaN where there are too few people or stimuli
+    p: float  # of the hypothesis that it is a half
+    logit: float  # the effect, of the person and stimulus in the middle
+    sds: dict[str, float]  # how far people and stimuli differ, in logits
+    # The interval that two one-sided tests look at: of 90 % where the other is of 95 %.
     narrow: ConfidenceInterval = NO_INTERVAL
 
 
@@ -60,23 +47,9 @@ def mixed_share(
     confidence: float,
     lefts: Sequence[bool] | None = None,
 ) -> MixedShare:
-    """The share of yes over people and stimuli in general.
+    """The share of yes over people and stimuli in general; `NO_MIXED` for too few people.
 
-    Parameters
-    ----------
-    yes : sequence of bool
-        For each answer.
-    answers : sequence of Answer
-        Who gave them, and to what.
-    confidence : float
-        0.95, for example.
-    lefts : sequence of bool, optional
-        Whether yes was the left side, which is then allowed for.
-
-    Returns
-    -------
-    MixedShare
-        `NO_MIXED` for fewer than `MIXED_MIN` people.
+    Where `lefts` says whether yes was the left side, a liking for one side is allowed for.
     """
     people = [each.participant for each in answers]
     stimuli = [each.stimulus for each in answers]
@@ -88,74 +61,48 @@ def mixed_share(
     columns: list[Any] = [np.ones(len(people))]
     if lefts is not None and 0 < sum(lefts) < len(lefts):
         columns.append(np.where(lefts, 0.5, -0.5))
-    found = fit_mixed_logit(np.asarray(yes, np.float64), np.stack(columns, axis=1), groups)
+    model = fit_mixed_logit(np.asarray(yes, np.float64), np.stack(columns, axis=1), groups)
     return MixedShare(
-        _share(found, confidence),
-        found.p_value(0),
-        float(found.effects[0]),
-        found.sds,
-        _share(found, 2 * confidence - 1),
+        _share(model, confidence),
+        model.p_value(0),
+        float(model.effects[0]),
+        model.sds,
+        _share(model, 2 * confidence - 1),
     )
 
 
-def _share(found: MixedLogit, confidence: float) -> ConfidenceInterval:
-    sd = float(np.hypot.reduce(list(found.sds.values())))
-    low, high = found.interval(0, confidence)
+def _share(model: MixedLogit, confidence: float) -> ConfidenceInterval:
+    sd = float(np.hypot.reduce(list(model.sds.values())))
+    low, high = model.interval(0, confidence)
     return ConfidenceInterval(
-        *(marginal_share(each, sd) for each in (float(found.effects[0]), low, high))
+        *(marginal_share(each, sd) for each in (float(model.effects[0]), low, high))
     )
 
 
 @dataclass(frozen=True)
 class PairResult:
-    """What people chose between two conditions.
+    """What people chose between two conditions."""
 
-    Attributes
-    ----------
-    first, second : str
-        Conditions; shares are of the first.
-    count, total, people : int
-        How often the first was chosen, answers, and who gave them.
-    wilson : ConfidenceInterval
-        Share as if answers were independent.
-    p : float
-        Exact binomial test against a half.
-    mixed : MixedShare
-        Over people and stimuli in general.
-    equivalence : float
-        p-value of equivalence by two one-sided exact tests.
-    within : bool
-        Whether the mixed model's interval, at the confidence that two one-sided tests take, lies
-        within the margin.
-    """
-
+    # Conditions; shares are of the first.
     first: str
     second: str
+    # How often the first was chosen, answers, and who gave them.
     count: int
     total: int
     people: int
-    wilson: ConfidenceInterval
-    p: float
-    mixed: MixedShare
-    equivalence: float
+    wilson: ConfidenceInterval  # share as if answers were independent
+    p: float  # exact binomial test against a half
+    mixed: MixedShare  # over people and stimuli in general
+    equivalence: float  # p-value of equivalence by two one-sided exact tests
+    # Whether the mixed model's interval, at the confidence that two one-sided tests take, lies
+    # within the margin.
     within: bool
 
 
 def pair_result(design: Design, pair: tuple[str, str], answers: Sequence[Answer]) -> PairResult:
-    """What people chose between two conditions.
+    """What people chose between two conditions; the share told is that of the first.
 
-    Parameters
-    ----------
-    design : Design
-        The study; its [analysis] says confidence and margin.
-    pair : tuple of str
-        The condition whose share is told, and the other.
-    answers : sequence of Answer
-        Of kind "binary" and of any conditions; those of the pair are used.
-
-    Returns
-    -------
-    PairResult
+    Answers may be of any conditions; those of the pair are used.
     """
     rules = design.analysis
     of_pair = [each for each in answers if {each.left, each.right} == set(pair)]
@@ -185,27 +132,15 @@ def pair_results(design: Design, answers: Sequence[Answer]) -> list[PairResult]:
 
 
 def preference_section(design: Design, answers: Sequence[Answer]) -> Section:
-    """Everything about preferences.
-
-    Parameters
-    ----------
-    design : Design
-        Of kind "binary".
-    answers : sequence of Answer
-        Those that are kept.
-
-    Returns
-    -------
-    Section
-    """
-    found = pair_results(design, answers)
-    tables = [_pair_table(design, found), _condition_table(design, answers)]
-    plots = [_pair_plot(design, found)]
+    """Everything about preferences, of a study of kind "binary" and the answers that are kept."""
+    results = pair_results(design, answers)
+    tables = [_pair_table(design, results), _condition_table(design, answers)]
+    plots = [_pair_plot(design, tables[0], results)]
     strengths = _strengths(design, answers)
     if strengths:
         tables.append(strengths[0])
         plots.append(strengths[1])
-    tables += [_spread_table(found), _side_table(design, answers)]
+    tables += [_spread_table(results), _side_table(design, answers)]
     return Section("Preference", _preference_texts(design), plots, tables)
 
 
@@ -230,10 +165,10 @@ def _corrected(design: Design) -> str:
     return names.get(design.analysis.correction, "nothing (as the study says)")
 
 
-def _pair_table(design: Design, found: Sequence[PairResult]) -> Table:
+def _pair_table(design: Design, results: Sequence[PairResult]) -> Table:
     correction = design.analysis.correction
-    exact = corrected([each.p for each in found], correction)
-    mixed = corrected([each.mixed.p for each in found], correction)
+    exact = corrected([each.p for each in results], correction)
+    mixed = corrected([each.mixed.p for each in results], correction)
     rows: list[list[Cell]] = [
         [
             each.first,
@@ -247,31 +182,30 @@ def _pair_table(design: Design, found: Sequence[PairResult]) -> Table:
             each.equivalence,
             "yes" if each.within else "no",
         ]
-        for each, p, p_mixed in zip(found, exact, mixed, strict=True)
+        for each, p, p_mixed in zip(results, exact, mixed, strict=True)
     ]
     columns = ("condition", "against", "answers", "people", "all answers, %", "p exact")
     columns += ("mixed model, %", "p mixed", "p equivalent", "equivalent")
     return Table("preference_pairs", "Preference by pair", columns, rows)
 
 
-def _pair_plot(design: Design, found: Sequence[PairResult]) -> Plot:
-    names = [f"{each.first} over {each.second}" for each in found]
-    told = "; ".join(
-        f"{name} {100 * each.wilson.value:.0f} %" for name, each in zip(names, found, strict=True)
-    )
+def _pair_plot(design: Design, table: Table, results: Sequence[PairResult]) -> Plot:
+    names = [f"{each.first} over {each.second}" for each in results]
     series = {
-        "mixed model": [each.mixed.share for each in found],
-        "all answers": [each.wilson for each in found],
+        "mixed model": [each.mixed.share for each in results],
+        "all answers": [each.wilson for each in results],
     }
     margin = design.analysis.margin
-
-    def draw(axes: Any) -> None:
-        plot_intervals(
-            axes, names, series, middle=0.5, band=(0.5 - margin, 0.5 + margin), percent=True
-        )
-        axes.set_xlabel("share that prefers the first, %")
-
-    return Plot("preference_pairs", "Preference by pair", told, draw, 1.2 + 0.5 * len(found))
+    return interval_plot(
+        table,
+        names,
+        series,
+        "share that prefers the first, %",
+        height=1.2 + 0.5 * len(results),
+        middle=0.5,
+        band=(0.5 - margin, 0.5 + margin),
+        percent=True,
+    )
 
 
 def _condition_table(design: Design, answers: Sequence[Answer]) -> Table:
@@ -297,50 +231,48 @@ def _condition_table(design: Design, answers: Sequence[Answer]) -> Table:
 
 
 def _strengths(design: Design, answers: Sequence[Answer]) -> tuple[Table, Plot] | None:
-    found = fit_bradley_terry(
+    strengths = fit_bradley_terry(
         [each.left for each in answers],
         [each.right for each in answers],
         [each.answer == each.left for each in answers],
         [each.participant for each in answers],
         [each.stimulus for each in answers],
     )
-    if found is None:
+    if strengths is None:
         return None
-    order = sorted(found.names, key=lambda name: -found.values[found.names.index(name)])
+    order = sorted(strengths.names, key=lambda name: -strengths.values[strengths.names.index(name)])
     confidence = design.analysis.confidence
-    intervals = [found.interval(name, confidence) for name in order]
+    intervals = [strengths.interval(name, confidence) for name in order]
     against = design.analysis.baseline
     columns: tuple[str, ...] = ("condition", "strength, logits")
     rows: list[list[Cell]] = [[name, each] for name, each in zip(order, intervals, strict=True)]
-    if against in found.names:
+    if against in strengths.names:
         others = [name for name in order if name != against]
         p_values = corrected(
-            [found.p_value(name, against) for name in others], design.analysis.correction
+            [strengths.p_value(name, against) for name in others], design.analysis.correction
         )
         p_of = dict(zip(others, p_values, strict=True))
         columns += (f"above {against}, logits", "p")
         for row, name in zip(rows, order, strict=True):
-            apart = found.interval(name, confidence, against) if name != against else None
+            apart = strengths.interval(name, confidence, against) if name != against else None
             row += [apart, p_of.get(name)]
     note = (
         "Strengths add up to 0; a difference of 1 is a preference of 73 %. Intervals are over "
-        f"people and stimuli (two-way clustering). The left side counts {found.side:+.2f} logits."
+        "people and stimuli (two-way clustering). "
+        f"The left side counts {strengths.side:+.2f} logits."
     )
     table = Table("strengths", "Bradley–Terry strengths", columns, rows, note)
-    told = "; ".join(f"{n} {each.value:+.2f}" for n, each in zip(order, intervals, strict=True))
-
-    def draw(axes: Any) -> None:
-        plot_intervals(axes, order, {"": intervals}, middle=0.0)
-        axes.set_xlabel("strength, logits")
-
-    return table, Plot("strengths", table.title, told, draw, 1.0 + 0.4 * len(order))
+    height = 1.0 + 0.4 * len(order)
+    return table, interval_plot(
+        table, order, {"": intervals}, "strength, logits", height=height, number="+.2f", middle=0.0
+    )
 
 
-def _spread_table(found: Sequence[PairResult]) -> Table:
+def _spread_table(results: Sequence[PairResult]) -> Table:
     rows: list[list[Cell]] = [
         [each.first, each.second, each.mixed.logit]
         + [each.mixed.sds.get(group) for group in ("people", "stimuli")]
-        for each in found
+        for each in results
     ]
     return Table(
         "preference_spread",
@@ -361,19 +293,7 @@ def _side_table(design: Design, answers: Sequence[Answer]) -> Table:
 
 
 def style_section(design: Design, answers: Sequence[Answer]) -> Section:
-    """Whose manner of speaking people recognised.
-
-    Parameters
-    ----------
-    design : Design
-        Of kind "style".
-    answers : sequence of Answer
-        Those that are kept.
-
-    Returns
-    -------
-    Section
-    """
+    """Whose manner of speaking people recognised, of a study of kind "style"."""
     wanted = [_shown_style(design, each) for each in answers]
     rules = design.analysis
     rows: list[list[Cell]] = []
@@ -415,17 +335,11 @@ def style_section(design: Design, answers: Sequence[Answer]) -> Section:
         rows,
         "The reference clip speaks in the style shown; guessing recognises a half.",
     )
-    told = "; ".join(
-        f"{name} {100 * each.value:.0f} %" for name, each in zip(names, wilsons, strict=True)
+    series = {"mixed model": mixeds, "all answers": wilsons}
+    height = 1.2 + 0.4 * len(names)
+    plot = interval_plot(
+        table, names, series, "recognised, %", height=height, middle=0.5, percent=True
     )
-
-    def draw(axes: Any) -> None:
-        plot_intervals(
-            axes, names, {"mixed model": mixeds, "all answers": wilsons}, middle=0.5, percent=True
-        )
-        axes.set_xlabel("recognised, %")
-
-    plot = Plot("styles", table.title, told, draw, 1.2 + 0.4 * len(names))
     return Section("Style recognition", [], [plot], [table, _side_table(design, answers)])
 
 

@@ -15,44 +15,19 @@ from elocute.evaluation.confidence_intervals import NO_INTERVAL, ConfidenceInter
 
 
 def wilson_interval(count: int, total: int, confidence: float) -> ConfidenceInterval:
-    """A share with Wilson's score interval (Wilson 1927).
-
-    Parameters
-    ----------
-    count, total : int
-        Answers of one kind, and all of them.
-    confidence : float
-        0.95, for example.
-
-    Returns
-    -------
-    ConfidenceInterval
-        NaN where there is no answer.
-    """
+    """A share with Wilson's score interval (Wilson 1927); NaN where there is no answer."""
     if not total:
         return NO_INTERVAL
     with needs_extra("a report", "study"):
         from scipy.stats import binomtest
-    found = binomtest(count, total).proportion_ci(confidence, "wilson")
-    return ConfidenceInterval(count / total, float(found.low), float(found.high))
+    interval = binomtest(count, total).proportion_ci(confidence, "wilson")
+    return ConfidenceInterval(count / total, float(interval.low), float(interval.high))
 
 
 def binomial_p(count: int, total: int, share: float = 0.5, alternative: str = "two-sided") -> float:
-    """The exact binomial test (Clopper and Pearson's tail sums).
+    """The p-value of the exact binomial test (Clopper and Pearson's tail sums) against a share.
 
-    Parameters
-    ----------
-    count, total : int
-        Answers of one kind, and all of them.
-    share : float
-        What is tested against.
-    alternative : str
-        "two-sided", "greater" or "less".
-
-    Returns
-    -------
-    float
-        The p-value; NaN where there is no answer.
+    `alternative` is "two-sided", "greater" or "less". NaN where there is no answer.
     """
     if not total:
         return float("nan")
@@ -64,19 +39,7 @@ def binomial_p(count: int, total: int, share: float = 0.5, alternative: str = "t
 def equivalence_p(count: int, total: int, margin: float, share: float = 0.5) -> float:
     """Two one-sided exact tests: whether a share differs from another by less than a margin.
 
-    Parameters
-    ----------
-    count, total : int
-        Answers of one kind, and all of them.
-    margin : float
-        Greatest difference that counts as none.
-    share : float
-        What it is compared with.
-
-    Returns
-    -------
-    float
-        The greater of the two p-values: small where the share is surely within the margin.
+    The greater of the two p-values: small where the share is surely within the margin.
     """
     low, high = max(share - margin, 0.0), min(share + margin, 1.0)
     return max(binomial_p(count, total, low, "greater"), binomial_p(count, total, high, "less"))
@@ -86,26 +49,17 @@ METHODS = {"holm": "holm", "bonferroni": "bonferroni", "benjamini-hochberg": "fd
 
 
 def corrected(p_values: Sequence[float], correction: str) -> list[float]:
-    """p-values of several tests, corrected for their number.
+    """p-values of several tests, corrected for their number by one of `design.CORRECTIONS`.
 
-    Parameters
-    ----------
-    p_values : sequence of float
-        NaN for a test that could not be made, which then does not count.
-    correction : str
-        One of `design.CORRECTIONS`: "holm" and "bonferroni" for the chance of any false finding,
-        "benjamini-hochberg" for the share of false ones among findings, "none".
-
-    Returns
-    -------
-    list of float
+    "holm" and "bonferroni" for the chance of any false finding, "benjamini-hochberg" for the share
+    of false ones among findings. A test that could not be made is NaN and does not count.
     """
     values = np.asarray(p_values, np.float64)
-    made = np.isfinite(values)
-    if correction == "none" or not made.any():
+    tested = np.isfinite(values)
+    if correction == "none" or not tested.any():
         return values.tolist()
     with needs_extra("a report", "study"):
         from statsmodels.stats.multitest import multipletests
     values = values.copy()
-    values[made] = multipletests(values[made], method=METHODS[correction])[1]
+    values[tested] = multipletests(values[tested], method=METHODS[correction])[1]
     return values.tolist()

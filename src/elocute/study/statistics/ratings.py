@@ -11,8 +11,8 @@ from elocute.errors import needs_extra
 from elocute.evaluation.confidence_intervals import NO_INTERVAL, ConfidenceInterval
 from elocute.study.design.design import Design
 from elocute.study.report.answers import Answer
-from elocute.study.report.plots import plot_intervals
-from elocute.study.report.report_parts import Cell, Plot, Section, Table
+from elocute.study.report.plots import interval_plot
+from elocute.study.report.report_parts import Cell, Section, Table
 from elocute.study.statistics.proportions import corrected
 from elocute.study.statistics.two_way import codes_of, degrees_of, mean_over
 
@@ -21,19 +21,7 @@ WORDS = 5
 
 
 def rating_section(design: Design, answers: Sequence[Answer]) -> Section:
-    """Means with intervals over people and stimuli, and differences within people and stimuli.
-
-    Parameters
-    ----------
-    design : Design
-        Of kind "rating".
-    answers : sequence of Answer
-        Those that are kept.
-
-    Returns
-    -------
-    Section
-    """
+    """Means with intervals over people and stimuli, and differences within people and stimuli."""
     mos = design.study.scale == "mos"
     names = [each.name for each in design.judged]
     confidence = design.analysis.confidence
@@ -56,14 +44,9 @@ def rating_section(design: Design, answers: Sequence[Answer]) -> Section:
             "After ITU-R BS.1534-3, whoever rates the hidden reference below 90 in more than 15 % "
             "of the items is left out (see Exclusions)."
         )
-    told = "; ".join(f"{n} {each.value:.2f}" for n, each in zip(names, means, strict=True))
-
-    def draw(axes: Any) -> None:
-        plot_intervals(axes, names, {"": means})
-        axes.set_xlim(*((1, WORDS) if mos else (0, 100)))
-        axes.set_xlabel(f"mean rating, {unit}")
-
-    plot = Plot("ratings", table.title, told, draw, 1.0 + 0.4 * len(names))
+    limits, height = (1, WORDS) if mos else (0, 100), 1.0 + 0.4 * len(names)
+    along = f"mean rating, {unit}"
+    plot = interval_plot(table, names, {"": means}, along, height=height, limits=limits)
     return Section("Ratings", texts, [plot], [table, _differences(design, answers, mos)])
 
 
@@ -101,7 +84,7 @@ def _differences(design: Design, answers: Sequence[Answer], mos: bool) -> Table:
     scale = (WORDS - 1) if mos else 100
     rated = {(each.left, each.participant, each.stimulus): _value(each, mos) for each in answers}
     baseline = rules.baseline
-    found = []
+    differences = []
     for pair in design.pairs:
         one, other = pair[::-1] if pair[0] == baseline else pair
         places = [
@@ -110,11 +93,11 @@ def _differences(design: Design, answers: Sequence[Answer], mos: bool) -> Table:
             if name == one and (other, person, stimulus) in rated
         ]
         apart = [rated[one, *place] - rated[other, *place] for place in places]
-        found.append((one, other, len(apart), *_difference(apart, places, rules, scale)))
-    p_values = corrected([each[4] for each in found], rules.correction)
+        differences.append((one, other, len(apart), *_difference(apart, places, rules, scale)))
+    p_values = corrected([each[4] for each in differences], rules.correction)
     rows: list[list[Cell]] = [
         [one, other, count, mean, p, same]
-        for (one, other, count, mean, _, same), p in zip(found, p_values, strict=True)
+        for (one, other, count, mean, _, same), p in zip(differences, p_values, strict=True)
     ]
     columns = ("condition", "minus", "pairs of answers", "difference", "p", "p equivalent")
     return Table("rating_differences", "Differences", columns, rows)

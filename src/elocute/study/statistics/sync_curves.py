@@ -30,19 +30,12 @@ LAPSES = 0.02
 
 @dataclass(frozen=True)
 class SyncCurve:
-    """What is felt at each offset.
+    """What is felt at each offset."""
 
-    Attributes
-    ----------
-    early, late : float
-        Bounds in ms: below the one a sound is called early, above the other late.
-    sd : float
-        σ in ms.
-    """
-
+    # Bounds in ms: below the one a sound is called early, above the other late.
     early: float
     late: float
-    sd: float
+    sd: float  # σ in ms
 
     @property
     def middle(self) -> float:
@@ -102,19 +95,7 @@ def fit_sync_curve(
 
 
 def sync_section(design: Design, answers: Sequence[Answer]) -> Section:
-    """What people noticed, by offset.
-
-    Parameters
-    ----------
-    design : Design
-        Of kind "sync".
-    answers : sequence of Answer
-        Those that are kept.
-
-    Returns
-    -------
-    Section
-    """
+    """What people noticed, by offset, of a study of kind "sync"."""
     series = _series(design)
     confidence = design.analysis.confidence
     rows: list[list[Cell]] = []
@@ -154,11 +135,11 @@ def _series(design: Design) -> dict[str, dict[str, float]]:
     alike: dict[Condition, list[Condition]] = defaultdict(list)
     for each in design.judged:
         alike[replace(each, name="x", offset_ms=0.0)].append(each)
-    found = {}
+    series = {}
     for members in alike.values():
         title = min(members, key=lambda each: abs(each.offset_ms)).name
-        found[title] = {each.name: each.offset_ms for each in members}
-    return found
+        series[title] = {each.name: each.offset_ms for each in members}
+    return series
 
 
 def _counts(

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from elocute.study.design.design import Condition, Design
 from elocute.study.report.answers import Answer
-from elocute.study.report.plots import plot_intervals
-from elocute.study.report.report_parts import Cell, Plot, Section, Table
+from elocute.study.report.plots import interval_plot
+from elocute.study.report.report_parts import Cell, Section, Table
 from elocute.study.statistics.mixed_logit import fit_mixed_logit
 from elocute.study.statistics.preferences import MIXED_MIN, mixed_share
 from elocute.study.statistics.proportions import binomial_p, corrected, wilson_interval
@@ -25,16 +24,7 @@ CONFUSIONS_MAX = 400
 def word_section(design: Design, answers: Sequence[Answer]) -> Section:
     """Shares of words that were right, against chance and against the baseline.
 
-    Parameters
-    ----------
-    design : Design
-        Of kind "intelligibility".
-    answers : sequence of Answer
-        Those that are kept; trials without a right answer are told apart.
-
-    Returns
-    -------
-    Section
+    Trials without a right answer are told apart.
     """
     scored = [each for each in answers if each.correct]
     names = [each.name for each in design.judged]
@@ -53,15 +43,9 @@ def word_section(design: Design, answers: Sequence[Answer]) -> Section:
         row[-1] = p
     columns = ("condition", "sound", "answers", "right, %", "mixed model, %", "by chance, %")
     table = Table("words", "Words understood", (*columns, "p above chance"), rows)
-    told = "; ".join(
-        f"{n} {100 * each.value:.0f} %" for n, each in zip(names, wilsons, strict=True)
-    )
-
-    def draw(axes: Any) -> None:
-        plot_intervals(axes, names, {"mixed model": mixeds, "all answers": wilsons}, percent=True)
-        axes.set_xlabel("words right, %")
-
-    plot = Plot("words", table.title, told, draw, 1.2 + 0.45 * len(names))
+    series = {"mixed model": mixeds, "all answers": wilsons}
+    height = 1.2 + 0.45 * len(names)
+    plot = interval_plot(table, names, series, "words right, %", height=height, percent=True)
     tables = [table]
     against = _against_baseline(design, scored)
     if against:
@@ -88,7 +72,7 @@ def _against_baseline(design: Design, scored: Sequence[Answer]) -> Table | None:
     baseline = design.analysis.baseline
     if not baseline:
         return None
-    found: list[tuple[str, float, float, float, float]] = []
+    effects: list[tuple[str, float, float, float, float]] = []
     confidence = design.analysis.confidence
     for name in (each.name for each in design.judged if each.name != baseline):
         both = [each for each in scored if each.left in (name, baseline)]
@@ -102,11 +86,11 @@ def _against_baseline(design: Design, scored: Sequence[Answer]) -> Table | None:
             {"people": people, "stimuli": [each.stimulus for each in both]},
         )
         low, high = fitted.interval(1, confidence)
-        found.append((name, float(fitted.effects[1]), low, high, fitted.p_value(1)))
-    p_values = corrected([each[-1] for each in found], design.analysis.correction)
+        effects.append((name, float(fitted.effects[1]), low, high, fitted.p_value(1)))
+    p_values = corrected([each[-1] for each in effects], design.analysis.correction)
     rows: list[list[Cell]] = [
         [name, *np.exp(np.clip(told, -LOG_MAX, LOG_MAX)).tolist(), p]
-        for (name, *told, _), p in zip(found, p_values, strict=True)
+        for (name, *told, _), p in zip(effects, p_values, strict=True)
     ]
     columns = ("condition", f"odds against {baseline}", "low", "high", "p")
     return Table("words_baseline", "Against the baseline, by a mixed model", columns, rows)

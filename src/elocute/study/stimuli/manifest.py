@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from elocute.errors import StudyError
 from elocute.files.json_records import finite_number, read_record, write_record
-from elocute.files.reading import open_regular
+from elocute.files.reading import FileKind, file_sha256
 from elocute.study.design.design import Design, StimulusSound
 from elocute.study.design.design_file import read_design
 from elocute.study.design.trials import all_videos
@@ -18,61 +17,32 @@ from elocute.study.stimuli.sources import with_found_sounds
 
 FORMAT = "elocute study"
 NAME, DESIGN, VIDEOS, PAIRS = "manifest.json", "study.toml", "videos", "pairs"
-FILE_MAX_BYTES = 100_000_000
-ALLOWED = "the manifest of a study, as `elocute study new` writes it"
+MANIFEST_FILE = FileKind(
+    "the manifest of a study, as `elocute study new` writes it", 100_000_000, StudyError
+)
 
 
 @dataclass(frozen=True)
 class Video:
-    """One video of a study.
+    """One video of a study."""
 
-    Attributes
-    ----------
-    name : str
-        Of its clip or pair, as `trials` names them.
-    file : str
-        Below the folder.
-    sha256 : str
-        Of the file, hexadecimal.
-    size : int
-        Bytes.
-    key : str
-        A digest of all that it was made from.
-    seconds : float
-        Its length.
-    luma : float
-        Mean brightness, 0 to 255.
-    """
-
-    name: str
-    file: str
-    sha256: str
-    size: int
-    key: str
-    seconds: float
-    luma: float
+    name: str  # of its clip or pair, as `trials` names them
+    file: str  # below the folder
+    sha256: str  # of the file, hexadecimal
+    size: int  # bytes
+    key: str  # a digest of all that it was made from
+    seconds: float  # its length
+    luma: float  # mean brightness, 0 to 255
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """What a study's folder holds.
+    """What a study's folder holds."""
 
-    Attributes
-    ----------
-    design_sha256 : str
-        Of the study.toml that it was made from.
-    sounds : tuple of StimulusSound
-        Those that the file names, patterns resolved.
-    videos : dict of str to Video
-        By name.
-    notes : tuple of str
-        What to know about them: brightness that differs, for example.
-    """
-
-    design_sha256: str
-    sounds: tuple[StimulusSound, ...]
-    videos: dict[str, Video] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    design_sha256: str  # of the study.toml that it was made from
+    sounds: tuple[StimulusSound, ...]  # those that the file names, patterns resolved
+    videos: dict[str, Video] = field(default_factory=dict)  # by name
+    notes: tuple[str, ...] = ()  # what to know about them: brightness that differs, for example
 
     def write(self, folder: Path) -> None:
         """Write it into a folder. Raises OutputError."""
@@ -92,21 +62,11 @@ class Manifest:
 
 @dataclass(frozen=True)
 class StudyFolder:
-    """A study that is ready to be served.
+    """A study that is ready to be served."""
 
-    Attributes
-    ----------
-    folder : Path
-        Where it is.
-    design : Design
-        Its file, with every sound by name.
-    manifest : Manifest
-        Its videos.
-    """
-
-    folder: Path
-    design: Design
-    manifest: Manifest
+    folder: Path  # where it is
+    design: Design  # its file, with every sound by name
+    manifest: Manifest  # its videos
 
     def check_videos(self) -> None:
         """Raise StudyError unless every video that somebody may see is there as it was made."""
@@ -114,7 +74,7 @@ class StudyFolder:
         for name in [each.name for each in (*clips, *pairs)]:
             video = self.manifest.videos.get(name)
             path = self.folder / (video.file if video else f"{VIDEOS}/{name}.mp4")
-            if video is None or not path.is_file() or file_sha256(path) != video.sha256:
+            if video is None or not path.is_file() or file_sha256(path, StudyError) != video.sha256:
                 raise StudyError.about(
                     path,
                     found="missing, or another file than was made",
@@ -123,34 +83,13 @@ class StudyFolder:
                 )
 
 
-def file_sha256(path: Path) -> str:
-    """SHA-256 of a file, hexadecimal. Raises StudyError where it cannot be read."""
-    digest = hashlib.sha256()
-    with open_regular(path, max_bytes=2**40, allowed="a file", error=StudyError) as file:
-        while block := file.read(1 << 20):
-            digest.update(block)
-    return digest.hexdigest()
-
-
 def read_manifest(folder: Path) -> Manifest:
-    """Read the manifest of a study.
+    """Read the manifest in a study's folder.
 
-    Parameters
-    ----------
-    folder : Path
-        The study's folder.
-
-    Returns
-    -------
-    Manifest
-
-    Raises
-    ------
-    StudyError
-        For a file that is missing or something else.
+    Raises StudyError where it is missing or something else.
     """
     path = folder / NAME
-    record = read_record(path, max_bytes=FILE_MAX_BYTES, allowed=ALLOWED, error=StudyError)
+    record = read_record(path, MANIFEST_FILE)
     try:
         if record["format"] != FORMAT or record["version"] != 1:
             raise ValueError("another format or version")
@@ -159,9 +98,7 @@ def read_manifest(folder: Path) -> Manifest:
         notes = tuple(str(each) for each in record["notes"])
         return Manifest(str(record["design_sha256"]), sounds, {v.name: v for v in videos}, notes)
     except (KeyError, TypeError, ValueError) as problem:
-        raise StudyError.about(
-            path, found=f"no such manifest ({problem})", allowed=ALLOWED
-        ) from None
+        raise MANIFEST_FILE.unusable(path, f"no such manifest ({problem})") from None
 
 
 def _sound(record: dict[str, Any]) -> StimulusSound:
@@ -181,21 +118,10 @@ def _video(record: dict[str, Any]) -> Video:
 
 
 def open_study(folder: str | Path) -> StudyFolder:
-    """Open the folder of a study.
+    """Open a folder that `elocute study new` made.
 
-    Parameters
-    ----------
-    folder : str or Path
-        What `elocute study new` made.
-
-    Returns
-    -------
-    StudyFolder
-
-    Raises
-    ------
-    StudyError
-        For a folder that is none, or whose file was changed since its videos were made.
+    Raises StudyError for a folder that is none, or whose study.toml was changed since its videos
+    were made.
     """
     folder = Path(folder)
     manifest = read_manifest(folder)
@@ -214,28 +140,12 @@ def open_study(folder: str | Path) -> StudyFolder:
 def known_design(
     study: str | Path, data: Path | None = None, *, elsewhere: bool = False
 ) -> tuple[Design, str]:
-    """A study, rendered or not.
+    """A study by its folder or file, and the SHA-256 of what its videos were made of.
 
-    Parameters
-    ----------
-    study : str or Path
-        Its folder, or its file; beside a manifest its sounds are those of the manifest.
-    data : Path, optional
-        Where the names in the file begin, for patterns of sounds; by default its own folder.
-    elsewhere : bool
-        Whether its sounds may be somewhere else: a pattern that nothing fits then stays one.
-
-    Returns
-    -------
-    design : Design
-        The study.
-    served_sha256 : str
-        SHA-256 of the file that its videos were made of; "" where there are none.
-
-    Raises
-    ------
-    StudyError
-        For files that cannot be read, and a pattern that nothing fits.
+    That is "" where none are made yet. Beside a manifest the sounds are those of the manifest; else
+    patterns of sounds begin at `data`, by default the file's folder, and with `elsewhere` one that
+    nothing fits stays a pattern. Raises StudyError for files that cannot be read, and a pattern
+    that nothing fits.
     """
     study = Path(study)
     design, folder = read_design(study), study if study.is_dir() else study.parent

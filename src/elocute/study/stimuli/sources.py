@@ -24,25 +24,9 @@ PACKAGE_SOUNDS = "example:"
 
 
 def inside(folder: Path, name: str, about: str) -> Path:
-    """A path that study.toml names.
+    """The path that study.toml names, relative to a folder, with /.
 
-    Parameters
-    ----------
-    folder : Path
-        Where names begin.
-    name : str
-        Relative, with /.
-    about : str
-        What names it, for errors.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    StudyError
-        For a path that leads out of the folder.
+    Raises StudyError, about what names it, for a path that leads out of the folder.
     """
     path = folder / name
     try:
@@ -62,24 +46,8 @@ def inside(folder: Path, name: str, about: str) -> Path:
 def named_file(folder: Path, value: str, about: str) -> Path | None:
     """The file that a field means which may hold a plain name as well, such as a model or a style.
 
-    Parameters
-    ----------
-    folder : Path
-        Where names begin.
-    value : str
-        What the field says: a path is what has a folder or a suffix of letters in it.
-    about : str
-        What names it, for errors.
-
-    Returns
-    -------
-    Path or None
-        None for a plain name, which the one who takes it knows or refuses.
-
-    Raises
-    ------
-    StudyError
-        For a path that leads out of the folder.
+    A path is what has a folder or a suffix of letters in it; None for a plain name, which the one
+    who takes it knows or refuses. Raises StudyError for a path that leads out of the folder.
     """
     is_path = re.search(r"[/\\]|\.[0-9]*[A-Za-z][A-Za-z0-9]*$", value)
     return inside(folder, value, about) if is_path else None
@@ -91,30 +59,16 @@ def has_patterns(design: Design) -> bool:
 
 
 def with_found_sounds(design: Design, folder: Path) -> Design:
-    """The design with a sound for each file that its patterns name.
+    """The design with a sound for each file that its patterns name, such as `ours/*.mp4`.
 
-    Parameters
-    ----------
-    design : Design
-        Sounds may be patterns such as `ours/*.mp4`; a * stands in the file's name alone.
-    folder : Path
-        Where names begin.
-
-    Returns
-    -------
-    Design
-
-    Raises
-    ------
-    StudyError
-        For a pattern that nothing fits.
+    A * stands in the file's name alone. Raises StudyError for a pattern that nothing fits.
     """
-    found: list[StimulusSound] = []
+    sounds: list[StimulusSound] = []
     for each in design.stimuli.sounds:
-        found += _matching(each, folder) if "*" in each.file else [each]
-    if len(found) > ITEMS_MAX:
-        raise StudyError.about("[stimuli] `sounds`", found=f"{len(found)}", allowed=f"{ITEMS_MAX}")
-    return replace(design, stimuli=replace(design.stimuli, sounds=tuple(found)))
+        sounds += _matching(each, folder) if "*" in each.file else [each]
+    if len(sounds) > ITEMS_MAX:
+        raise StudyError.about("[stimuli] `sounds`", found=f"{len(sounds)}", allowed=f"{ITEMS_MAX}")
+    return replace(design, stimuli=replace(design.stimuli, sounds=tuple(sounds)))
 
 
 def _matching(pattern: StimulusSound, folder: Path) -> list[StimulusSound]:

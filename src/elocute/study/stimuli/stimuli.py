@@ -13,28 +13,27 @@ from pathlib import Path
 import numpy as np
 
 from elocute._version import __version__
-from elocute.array_types import Float32Array
+from elocute.array_types import Float32Array, Float64Array
 from elocute.audio.waveform import Waveform
 from elocute.errors import OutputError, StudyError
 from elocute.files.atomic import write_atomically
+from elocute.files.reading import file_sha256
 from elocute.jobs.pool import FailedTask, Pool, one_after_another
-from elocute.study.design.design import Design
+from elocute.study.design.design import MISMATCHED, Design
 from elocute.study.design.design_file import read_design
-from elocute.study.design.trials import Clip, Pair, all_videos
+from elocute.study.design.trials import Clip, Pair, all_videos, other_stimulus
 from elocute.study.stimuli.clip_file import write_clip
-from elocute.study.stimuli.clip_making import ClipMaking, pad_s
 from elocute.study.stimuli.manifest import (
     DESIGN,
     PAIRS,
     VIDEOS,
     Manifest,
     Video,
-    file_sha256,
     read_manifest,
 )
-from elocute.study.stimuli.sources import with_found_sounds
-from elocute.study.stimuli.stimulus_pictures import clip_pictures, source_files
-from elocute.study.stimuli.stimulus_sound import heard
+from elocute.study.stimuli.sources import own_sound, sound_file, with_found_sounds
+from elocute.study.stimuli.stimulus_pictures import PictureSource, clip_pictures, source_files
+from elocute.study.stimuli.stimulus_sound import heard, read_part
 
 RECIPE = 2
 """Raised where the same sources would make other videos."""
@@ -43,19 +42,75 @@ LUMA_DIFFERS = 8.0
 ANSWERS = "answers.db"
 
 
+def pad_s(design: Design) -> float:
+    """Rest before and after every clip, s, so that a sound that is moved stays whole."""
+    return max(abs(each.offset_ms) for each in design.conditions) / 1000
+
+
+class ClipMaking:
+    """What one clip is made from."""
+
+    def __init__(self, design: Design, data: Path, clip: Clip) -> None:
+        name, self.face, self.view = clip.stimulus.split(".")
+        self.design, self.data, self.clip = design, data, clip
+        named = design.obvious if clip.condition == MISMATCHED else clip.condition
+        self.condition = design.condition(named)
+        sounds = {each.name: each for each in design.stimuli.sounds}
+        self.sound = sounds[name]
+        self.mismatched = clip.condition == MISMATCHED or self.condition.mismatched
+        other = other_stimulus(design, clip.stimulus).partition(".")[0]
+        self.moving = sounds[other] if self.mismatched else self.sound
+        own = own_sound(data, self.condition, self.sound)
+        self.own = own is not None
+        self.heard_file = own or sound_file(data, self.sound.file)
+        if self.mismatched:
+            self.seen_file = sound_file(data, self.moving.seen or self.moving.file)
+        elif self.sound.seen:
+            self.seen_file = sound_file(data, self.sound.seen)
+        else:
+            self.seen_file = self.heard_file
+
+    @property
+    def source(self) -> PictureSource:
+        """What its pictures are made from, its voice not read yet."""
+        moving = self.moving
+        if moving.seen and not self.mismatched:
+            moving = replace(moving, file=moving.seen, name=self.sound.name)
+        none = Waveform(np.zeros(2, np.float32), 16_000)
+        return PictureSource(
+            self.condition, self.design.stimuli, moving, none, self.face, self.view, self.data
+        )
+
+    def voice(self) -> Waveform:
+        """What is heard."""
+        sound = self.sound
+        part = (0.0, 0.0) if self.own else (sound.start_s, sound.end_s)
+        return read_part(self.heard_file, *part)
+
+    def moving_voice(self, voice: Waveform) -> Waveform:
+        """What the face moves to."""
+        if self.seen_file == self.heard_file and self.moving is self.sound:
+            return voice
+        whole = bool(self.moving.seen)
+        part = (0.0, 0.0) if whole else (self.moving.start_s, self.moving.end_s)
+        return read_part(self.seen_file, *part)
+
+    def times(self, seconds: float) -> Float64Array:
+        """The moment of the motion in each frame, s."""
+        fps = self.design.stimuli.fps
+        # To the nearest frame: coders lengthen a sound by some milliseconds of silence.
+        frames = np.arange(max(1, round(seconds * fps))) / fps
+        # A sound that is later than its picture is a picture that is ahead of its sound.
+        moments = frames - pad_s(self.design) + self.condition.offset_ms / 1000
+        return np.asarray(moments, np.float64)
+
+
 @dataclass(frozen=True)
 class Made:
-    """What `make_stimuli` did.
+    """What `make_stimuli` did."""
 
-    Attributes
-    ----------
-    manifest : Manifest
-        All videos.
-    rendered, kept : int
-        Videos made now, and those that were there.
-    """
-
-    manifest: Manifest
+    manifest: Manifest  # all videos
+    # Videos made now, and those that were there.
     rendered: int
     kept: int
 
@@ -84,31 +139,12 @@ def make_stimuli(
     pool: Pool = one_after_another,
     progress: Callable[[float], None] | None = None,
 ) -> Made:
-    """Make the folder of a study.
+    """Make the folder of a study, or complete one that was begun.
 
-    Parameters
-    ----------
-    path : Path
-        study.toml.
-    folder : Path
-        Where; a folder that was begun is completed.
-    data : Path, optional
-        Where the names in the file begin; by default its own folder.
-    pool : Pool
-        Where videos are made.
-    progress : callable, optional
-        Called with the share done, 0 to 1.
-
-    Returns
-    -------
-    Made
-
-    Raises
-    ------
-    StudyError
-        For a study that cannot be made, and for a folder with answers to another study.
-    OutputError
-        For a folder that cannot be written or holds something else.
+    Names in study.toml begin at `data`, by default the file's folder; `progress` is called with the
+    share done, 0 to 1. Raises StudyError for a study that cannot be made, and for a folder with
+    answers to another study, OutputError for a folder that cannot be written or holds something
+    else.
     """
     begins = path.parent if data is None else data
     design = with_found_sounds(read_design(path), begins)
@@ -150,7 +186,7 @@ def _prepare(folder: Path, path: Path, design: Design) -> None:
         raise OutputError.about(
             folder, found="a folder with other files in it", allowed="a new or empty folder"
         )
-    changed = not copy.is_file() or file_sha256(copy) != design.sha256
+    changed = not copy.is_file() or file_sha256(copy, StudyError) != design.sha256
     if changed and (folder / ANSWERS).exists():
         raise StudyError.about(
             folder,
@@ -177,9 +213,9 @@ def _is_made(folder: Path, video: Video | None, task: _Task) -> bool:
     if video is None or video.key != task.key or video.file != task.file:
         return False
     path = folder / video.file
-    return (
-        path.is_file() and path.stat().st_size == video.size and file_sha256(path) == video.sha256
-    )
+    if not path.is_file() or path.stat().st_size != video.size:
+        return False
+    return file_sha256(path, StudyError) == video.sha256
 
 
 def _keys(design: Design, data: Path, clips: list[Clip], pairs: list[Pair]) -> dict[str, str]:
@@ -188,7 +224,7 @@ def _keys(design: Design, data: Path, clips: list[Clip], pairs: list[Pair]) -> d
 
     def digest(path: Path) -> str:
         if path not in digests:
-            digests[path] = file_sha256(path)
+            digests[path] = file_sha256(path, StudyError)
         return digests[path]
 
     keys = {}
@@ -225,29 +261,29 @@ def _make(task: _Task) -> Video:
 
 def _make_clip(task: _Task) -> Video:
     assert isinstance(task.video, Clip)
-    made = ClipMaking(task.design, task.data, task.video)
-    voice = made.voice()
+    making = ClipMaking(task.design, task.data, task.video)
+    voice = making.voice()
     pad = pad_s(task.design)
     seconds = voice.duration_s + 2 * pad
-    times = made.times(seconds)
-    source = replace(made.source, voice=made.moving_voice(voice))
+    times = making.times(seconds)
+    source = replace(making.source, voice=making.moving_voice(voice))
     path = _place(task)
-    sound = _heard(task.design, made, voice, len(times) / task.design.stimuli.fps)
+    sound = _heard(task.design, making, voice, len(times) / task.design.stimuli.fps)
     with write_atomically(path) as draft:
-        pictures = clip_pictures(source, times, around=made.mismatched)
+        pictures = clip_pictures(source, times, around=making.mismatched)
         frames, luma = write_clip(draft, pictures, task.design.stimuli.fps, sound)
     return _video(task, path, frames, luma)
 
 
 def _heard(
-    design: Design, made: ClipMaking, voice: Waveform, seconds: float
+    design: Design, making: ClipMaking, voice: Waveform, seconds: float
 ) -> Float32Array | None:
-    if made.condition.silent:
+    if making.condition.silent:
         return None
     return heard(
         voice,
         level_db=design.stimuli.loudness_db,
-        snr_db=made.condition.snr_db,
+        snr_db=making.condition.snr_db,
         pad_s=pad_s(design),
         seconds=seconds,
         seed=design.study.seed,
@@ -259,11 +295,11 @@ def _make_pair(task: _Task) -> Video:
     assert isinstance(task.video, Pair)
     clip = task.video.clips[0]
     # The mismatched one has the sound of its stimulus too.
-    made = ClipMaking(task.design, task.data, clip)
-    voice = made.voice()
+    making = ClipMaking(task.design, task.data, clip)
+    voice = making.voice()
     seconds = voice.duration_s + 2 * pad_s(task.design)
-    frames = len(made.times(seconds))
-    sound = _heard(task.design, made, voice, frames / task.design.stimuli.fps)
+    frames = len(making.times(seconds))
+    sound = _heard(task.design, making, voice, frames / task.design.stimuli.fps)
     path = _place(task)
     sides = [task.folder / VIDEOS / f"{each.name}.mp4" for each in task.video.clips]
     with write_atomically(path) as draft:
@@ -292,7 +328,7 @@ def _video(task: _Task, path: Path, frames: int, luma: float) -> Video:
     return Video(
         task.video.name,
         task.file,
-        file_sha256(path),
+        file_sha256(path, StudyError),
         size,
         task.key,
         round(seconds, 4),

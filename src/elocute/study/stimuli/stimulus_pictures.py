@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from elocute.array_types import Float64Array
 from elocute.audio.waveform import Waveform
 from elocute.errors import InputError, StudyError
+from elocute.files.reading import FileKind
 from elocute.study.design.design import Condition, Stimuli, StimulusSound
 from elocute.study.stimuli.sources import (
     CORPUS,
@@ -33,31 +34,16 @@ SHORT_S = 0.25
 
 @dataclass(frozen=True)
 class PictureSource:
-    """What one clip is made from.
+    """What one clip is made from."""
 
-    Attributes
-    ----------
-    condition : Condition
-        What moves it.
-    stimuli : Stimuli
-        Size, rate, light and look.
-    sound : StimulusSound
-        The sound that it moves to.
-    voice : Waveform
-        That sound.
-    face, view : str
-        Identity and camera.
-    folder : Path
-        Where names begin.
-    """
-
-    condition: Condition
-    stimuli: Stimuli
-    sound: StimulusSound
-    voice: Waveform
+    condition: Condition  # what moves it
+    stimuli: Stimuli  # size, rate, light and look
+    sound: StimulusSound  # the sound that it moves to
+    voice: Waveform  # that sound
+    # Identity and camera.
     face: str
     view: str
-    folder: Path
+    folder: Path  # where names begin
 
 
 def clip_pictures(
@@ -239,7 +225,7 @@ def _of_vertices(source: PictureSource, path: Path) -> Motion:
         head = head_from_mesh(mesh)
     allowed = f"(frame, {head.vertex_count}, 3) of floats, metres, up to {NPY_FRAMES_MAX} frames"
     limit = NPY_FRAMES_MAX * head.vertex_count * 24 + 1_000
-    values = read_npy(path, max_bytes=limit, allowed=allowed, error=StudyError)
+    values = read_npy(path, FileKind(allowed, limit, StudyError))
     fits = values.dtype.kind == "f" and values.ndim == 3 and len(values)
     if not fits or values.shape[1:] != head.template.shape or not np.isfinite(values).all():
         raise StudyError.about(path, found=f"{values.dtype} {values.shape}", allowed=allowed)

@@ -20,26 +20,10 @@ SECONDS_MAX = 120.0
 
 
 def read_part(path: Path, start_s: float = 0.0, end_s: float = 0.0) -> Waveform:
-    """A sound, or a part of it.
+    """A sound, or of a sound or video the part from `start_s` to `end_s`, where 0 is its end.
 
-    Parameters
-    ----------
-    path : Path
-        A sound, or a video with one.
-    start_s, end_s : float
-        The part, s; an end of 0 is the file's.
-
-    Returns
-    -------
-    Waveform
-        At its own rate.
-
-    Raises
-    ------
-    StudyError
-        For a part that is not there, silence, and what is too long for a stimulus.
-    AudioError
-        For a file that cannot be read.
+    Raises StudyError for a part that is not there, silence, and what is too long for a stimulus,
+    and AudioError for a file that cannot be read.
     """
     whole = read_audio(path)
     last = end_s or whole.duration_s
@@ -128,8 +112,3 @@ def heard(
     gain = 10 ** (level_db / 20) / max(level, SILENT)
     peak = float(np.abs(samples).max(initial=0)) * gain
     return (samples * (gain * min(1.0, PEAK / max(peak, SILENT)))).astype(np.float32)
-
-
-def level_of(samples: Float32Array) -> float:
-    """Root mean square, dB of full scale."""
-    return float(10 * np.log10(np.mean(np.square(samples, dtype=np.float64)) + 1e-12))

@@ -34,6 +34,7 @@ from elocute.files.array_file import ArrayFile
 from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import write_folder_atomically
 from elocute.files.json_records import finite_number, read_record
+from elocute.files.reading import ANY_BYTES, FileKind
 from elocute.models.crnn_encoders import MEL
 from elocute.models.crnn_network import WINDOW_COLUMNS, HeardColumns, column_features
 from elocute.numerics.resampling import frame_places, read_rows
@@ -201,18 +202,15 @@ def open_feature_cache(folder: Path) -> FeatureCache:
     remedy = "remove that folder"
     record = read_record(
         folder / "rows.json",
-        max_bytes=ROWS_MAX_BYTES,
-        allowed="features that were kept",
-        error=CorpusError,
-        remedy=remedy,
+        FileKind("features that were kept", ROWS_MAX_BYTES, CorpusError, remedy),
     )
     try:
         outputs, fps = record["parameters"], finite_number(record["fps"])
         if type(outputs) is not int or not 0 < outputs <= COMPONENTS_MAX or not fps or fps < 0:
             raise ValueError("no number of parameters or frames per second")
         encoder = str(record["encoder"])
-        static = ArrayFile(folder / STATIC, allowed="columns of features", error=CorpusError)
-        targets = ArrayFile(folder / TARGETS, allowed="parameters", error=CorpusError)
+        static = ArrayFile(folder / STATIC, FileKind("columns of features", ANY_BYTES, CorpusError))
+        targets = ArrayFile(folder / TARGETS, FileKind("parameters", ANY_BYTES, CorpusError))
         for array, width, kind in (
             (static, column_features(encoder), np.float16),
             (targets, outputs, np.float32),

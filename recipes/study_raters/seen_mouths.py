@@ -1,8 +1,8 @@
 """What there is to see in a mouth that speaks, as numbers: timing, seals, and how it moves.
 
 The same numbers are taken of people, whose mouths were tracked in video, and of heads. What is
-usual among people is `people_seen.json`, made by `recipes.people_seen`; it holds sixty numbers and
-nobody's motion.
+usual among people is `people_seen.json`, made by `recipes.study_raters.people_seen`; it holds sixty
+numbers and nobody's motion.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from elocute.array_types import Float64Array
@@ -11,67 +9,22 @@ from elocute.errors import HeadError
 from elocute.evaluation.phone_mouth_scores import labiodental_gap
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
-from elocute.study.raters.seen_mouths import SeenMouth
+from recipes.study_raters.seen_mouths import SeenMouth
 
 UPPER_FACE = (27, 28, 29, 36, 39, 42, 45)
 """iBUG landmarks, from 0, that move with the skull: the nose's bridge and the eyes' corners."""
 BLOCK_FRAMES = 60
 
 
-@dataclass(frozen=True, eq=False)
-class SeenFace:
-    """A face as it is shown.
+def see(motion: Motion, start_s: float) -> SeenMouth:
+    """Mouth, head and lids of a motion whose first frame is at a moment of its sound, s.
 
-    Attributes
-    ----------
-    mouth : SeenMouth
-        Its mouth, head and lids.
-    manner : (number,) float64
-        Where its landmarks are on average, away from rest, and how far they go from there, mm.
-    """
-
-    mouth: SeenMouth
-    manner: Float64Array
-
-
-def see(motion: Motion, start_s: float) -> SeenFace:
-    """What is seen of a motion.
-
-    Parameters
-    ----------
-    motion : Motion
-        At the study's frames, on a head with lips and landmarks.
-    start_s : float
-        The moment of the sound at its first frame.
-
-    Returns
-    -------
-    SeenFace
-
-    Raises
-    ------
-    HeadError
-        For a head without lips or landmarks.
+    Raises HeadError for a head without lips or landmarks.
     """
     opening = measure_mouth(motion)["opening_mm"].astype(np.float64)
-    moves = _landmark_moves(motion)
-    mouth = SeenMouth(
-        opening,
-        motion.fps,
-        start_s,
-        _lip_teeth(motion),
-        _turns(motion),
-        _lids(motion),
+    return SeenMouth(
+        opening, motion.fps, start_s, _lip_teeth(motion), _turns(motion), _lids(motion)
     )
-    middle = moves.mean(axis=0)
-    return SeenFace(mouth, np.concatenate([middle.ravel(), moves.std(axis=0).ravel()]))
-
-
-def _landmark_moves(motion: Motion) -> Float64Array:
-    """(frame, 68, 3) mm from rest, in zero pose."""
-    head = motion.head
-    basis = head.expression_basis[:, head.landmarks].reshape(len(head.expression_names), -1)
-    return 1000.0 * (motion.weights @ basis).reshape(motion.frame_count, -1, 3).astype(np.float64)
 
 
 def _lip_teeth(motion: Motion) -> Float64Array | None:

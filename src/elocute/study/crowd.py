@@ -7,63 +7,76 @@ report says so on its first lines.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from functools import cached_property
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from elocute.errors import StudyError
+from elocute.settings import check_settings, described, setting
 from elocute.study.design.design import MISMATCHED, Design
-from elocute.study.design.trials import Shown, Trial, block_count, sequence
-from elocute.study.raters.crowd_settings import Crowd
-from elocute.study.report.answers import Answer
+from elocute.study.design.trials import Shown, block_count, sequence
+from elocute.study.report.answers import Answer, answer_to
+
+if TYPE_CHECKING:
+    import numpy as np
 
 OBVIOUS = 5.0
 """Logits by which a face that moves to its own sound beats one that does not."""
 BEGAN = datetime(2026, 1, 1, tzinfo=UTC)
-WORD_CHOICES = 4
 SYNC_BOUNDS_MS, SYNC_SD_MS = (-90.0, 170.0), 70.0
 """Where most people begin to notice that a sound is early or late, and how surely."""
 PEOPLE_MAX = 100_000
 
 
-class Truth:
-    """What a crowd finds of each clip, before people and stimuli differ: its stated levels.
+@described
+@dataclass(frozen=True)
+class Crowd:
+    """A crowd.
 
-    Parameters
-    ----------
-    design : Design
-        The study.
-    crowd : Crowd
-        Whose levels these are.
+    Raises
+    ------
+    StudyError
+        For a value of another type or outside its range.
     """
 
-    sync_bounds_ms = SYNC_BOUNDS_MS
-    """Where half notice that a sound is early, and late."""
+    levels: Mapping[str, float] = field(default_factory=dict)
+    """By condition: strength in logits for "binary", logit of being recognised or understood for
+    "style" and "intelligibility", points of 100 for "rating". 0, or 50 points, where none is named.
+    """
+    people_sd: float = setting(
+        0.6, low=0, high=50, help="How far people differ in it: logits, or points of a rating."
+    )
+    stimuli_sd: float = setting(0.3, low=0, high=50, help="How far stimuli differ in it.")
+    noise: float = setting(15.0, low=0, high=50, help="Spread of single ratings, in points.")
+    side: float = setting(0.0, low=-3, high=3, help="Liking of the left side, in logits.")
+    side_sd: float = setting(0.0, low=0, high=5, help="How far people differ in it, in logits.")
+    lapses: float = setting(0.03, low=0, high=1, help="Share of answers given at random.")
+    cheaters: float = setting(0.0, low=0, high=1, help="Share of people who never look.")
 
-    def __init__(self, design: Design, crowd: Crowd) -> None:
-        self.design, self.levels = design, crowd.levels
+    def __post_init__(self) -> None:
+        check_settings(self, StudyError)
 
-    def strength(self, condition: str, stimulus: str) -> float:
-        """How good a clip is: logits, points of a rating, or the logit of being understood."""
-        del stimulus
-        neutral = 50.0 if self.design.study.kind == "rating" else 0.0
-        return self.levels.get(condition, neutral)
+    def true_share(self, one: str, other: str) -> float:
+        """How often people who look, of all people and for all stimuli, choose one over another.
 
-    def recognised(self, trial: Trial) -> float:
-        """The logit of choosing the right one in a comparison of styles."""
-        return self.strength(trial.correct, trial.stimulus)
+        Parameters
+        ----------
+        one, other : str
+            Conditions of a study of kind "binary".
 
-    def obvious(self, condition: str, stimulus: str) -> float:
-        """By how much a condition beats a face that moves to another sentence, in logits."""
-        del condition, stimulus
-        return OBVIOUS
+        Returns
+        -------
+        float
+        """
+        from elocute.study.statistics.mixed_logit import marginal_share
 
-    def late_ms(self, condition: str) -> float:
-        """How late a sound is against what the face does."""
-        return self.design.condition(condition).offset_ms
+        apart = self.levels.get(one, 0.0) - self.levels.get(other, 0.0)
+        sd = math.hypot(self.people_sd, self.stimuli_sd, self.side_sd)
+        sides = [marginal_share(apart + sign * self.side, sd) for sign in (1, -1)]
+        return (1 - self.lapses) * sum(sides) / 2 + self.lapses / 2
 
 
 @dataclass(frozen=True)
@@ -106,7 +119,6 @@ def crowd_answers(
     crowd: Crowd,
     seats: Sequence[Seat],
     seed: int = 0,
-    truth: Truth | None = None,
 ) -> list[Answer]:
     """What a crowd answers.
 
@@ -120,22 +132,21 @@ def crowd_answers(
         What each person is shown.
     seed : int
         Of people, stimuli and answers.
-    truth : Truth, optional
-        What they find of each clip, such as `raters.Raters`; by default the crowd's levels.
 
     Returns
     -------
     list of Answer
         The table, by person and order.
     """
+    import numpy as np  # not before: the command line reads the settings above
+
     rng = np.random.default_rng(seed)
     stimuli = _Stimuli(crowd, rng)
-    truth = truth or Truth(design, crowd)
     cheating = rng.permutation(len(seats)) < round(crowd.cheaters * len(seats))
     table: list[Answer] = []
     for number, (seat, cheats) in enumerate(zip(seats, cheating.tolist(), strict=True), 1):
         own = np.random.default_rng(rng.integers(2**62))
-        person = _Person(design, crowd, truth, stimuli, own, cheats)
+        person = _Person(design, crowd, stimuli, own, cheats)
         table += person.session(f"simulated-{number:05}", seat)
     return table
 
@@ -161,12 +172,10 @@ class _Person:
         self,
         design: Design,
         crowd: Crowd,
-        truth: Truth,
         stimuli: _Stimuli,
         rng: np.random.Generator,
         cheats: bool,
     ) -> None:
-        self._truth = truth
         self._design, self._crowd, self._stimuli, self._rng = design, crowd, stimuli, rng
         self._cheats = cheats
         self._side = crowd.side + crowd.side_sd * float(rng.normal())
@@ -177,41 +186,33 @@ class _Person:
     @cached_property
     def _sync(self) -> tuple[float, float]:
         """Where this person begins to notice."""
-        return tuple(each + 25 * float(self._rng.normal()) for each in self._truth.sync_bounds_ms)  # type: ignore[return-value]
+        return tuple(each + 25 * float(self._rng.normal()) for each in SYNC_BOUNDS_MS)  # type: ignore[return-value]
 
     def session(self, name: str, seat: Seat) -> list[Answer]:
         """All answers; who fails the qualification stops, where the study says so."""
-        given: list[Answer] = []
+        answers: list[Answer] = []
         now = BEGAN
         for each in seat.shown:
-            if each.trial.role not in ("practice", "qualification") and self._failed(given):
+            if each.trial.role not in ("practice", "qualification") and self._failed(answers):
                 break
             seconds = round(self._seconds(), 3)
             now += timedelta(seconds=seconds + 1)
-            given.append(
-                Answer(
+            answers.append(
+                answer_to(
+                    each,
+                    self._answer(each),
                     participant=name,
                     group=seat.block,
-                    order=each.order,
-                    trial=each.trial.name,
-                    kind=each.trial.kind,
-                    role=each.trial.role,
-                    stimulus=each.trial.stimulus,
-                    reference=each.trial.reference,
-                    left=each.left,
-                    right=each.right,
-                    answer=self._answer(each),
-                    correct=each.trial.correct,
                     seconds=seconds,
                     replays=0 if self._cheats else int(self._rng.poisson(0.3)),
                     answered_at=now.isoformat(timespec="milliseconds"),
                 )
             )
-        return given
+        return answers
 
-    def _failed(self, given: Sequence[Answer]) -> bool:
+    def _failed(self, answers: Sequence[Answer]) -> bool:
         rules = self._design.qualification
-        asked = [each for each in given if each.role == "qualification"]
+        asked = [each for each in answers if each.role == "qualification"]
         right = sum(each.answer == each.correct for each in asked)
         return rules.failed == "stop" and bool(asked) and right < rules.needed
 
@@ -235,20 +236,18 @@ class _Person:
 
     def _left_logit(self, shown: Shown) -> float:
         if MISMATCHED in (shown.left, shown.right):
-            surely = self._truth.obvious(shown.trial.correct, shown.trial.stimulus)
-            return surely if shown.right == MISMATCHED else -surely
+            return OBVIOUS if shown.right == MISMATCHED else -OBVIOUS
         if shown.trial.kind == "style":
             right = shown.trial.correct
-            known = self._truth.recognised(shown.trial)
-            known += self._differing(right, shown.trial.stimulus)
+            known = self._level(right, shown.trial.stimulus)
             return self._side + (known if shown.left == right else -known)
         levels = [self._level(name, shown.trial.stimulus) for name in (shown.left, shown.right)]
         return self._side + levels[0] - levels[1]
 
     def _level(self, condition: str, stimulus: str) -> float:
         """How good a condition is, to this person and for this stimulus."""
-        differing = self._differing(condition, stimulus)
-        return self._truth.strength(condition, stimulus) + differing
+        neutral = 50.0 if self._design.study.kind == "rating" else 0.0
+        return self._crowd.levels.get(condition, neutral) + self._differing(condition, stimulus)
 
     def _differing(self, condition: str, stimulus: str) -> float:
         """What this person and this stimulus add to a condition."""
@@ -256,8 +255,8 @@ class _Person:
             self._own[condition] = self._crowd.people_sd * float(self._rng.normal())
         differing = self._own[condition] + self._stimuli.added(stimulus, condition)
         # Two of a pair differ: the spread of the difference is what the crowd says.
-        share = np.sqrt(0.5) if self._design.study.kind == "binary" else 1.0
-        return float(share * differing)
+        share = math.sqrt(0.5) if self._design.study.kind == "binary" else 1.0
+        return share * differing
 
     def _rating(self, shown: Shown, at_random: bool) -> str:
         value = float(self._rng.uniform(0, 100))
@@ -266,14 +265,14 @@ class _Person:
             value += self._crowd.noise * float(self._rng.normal())
             if shown.left == self._design.comparisons.reference:
                 value = 100 - abs(0.2 * self._crowd.noise * float(self._rng.normal()))
-        value = float(np.clip(value, 0, 100))
+        value = min(max(value, 0.0), 100.0)
         steps = 25 if self._design.study.scale == "mos" else 1
         return str(round(value / steps) * steps)
 
     def _felt(self, shown: Shown, at_random: bool) -> str:
         if at_random:
             return str(self._rng.choice(shown.words))
-        felt = self._truth.late_ms(shown.left) + SYNC_SD_MS * float(self._rng.normal())
+        felt = self._design.condition(shown.left).offset_ms + SYNC_SD_MS * float(self._rng.normal())
         early, late = self._sync
         return "early" if felt < early else "late" if felt > late else "together"
 
@@ -287,4 +286,4 @@ class _Person:
 
 
 def _logistic(logit: float) -> float:
-    return float(0.5 * (1 + np.tanh(logit / 2)))
+    return 0.5 * (1 + math.tanh(logit / 2))

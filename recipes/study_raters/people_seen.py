@@ -1,11 +1,11 @@
 """Bake what is usual among tracked people, which simulated raters compare faces with.
 
-    python -m recipes.people_seen ../shared/data
+    python -m recipes.study_raters.people_seen ../shared/data
 
 DATA has `grid_s1` (one man, 3 s sentences; GRID, CC BY 4.0) and `talkers/train` (television news,
 33 talkers). GRID's development clips, every fourth news talker and `talkers/dev` are left out, for
-`benchmarks.study_raters`. What is written is sixty means, spreads and one weight, and nobody's
-motion.
+`recipes.study_raters.against_people`. What is written is sixty means, spreads and one weight, and
+nobody's motion.
 """
 
 from __future__ import annotations
@@ -28,12 +28,13 @@ from elocute.evaluation.tracked_mouths import (
     read_tracked_mouth,
 )
 from elocute.files.array_reading import read_npz
+from elocute.files.reading import FileKind
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.mouth_measures import TRACKED_RESTING, tracked_opening_share
 from elocute.speech.times.labels import Label
-from elocute.study.raters import seen_mouths
-from elocute.study.raters.raters import Weights, timing_loss
-from elocute.study.raters.seen_mouths import HeardSound, PeopleSeen, Seen, SeenMouth
+from recipes.study_raters import seen_mouths
+from recipes.study_raters.raters import Weights, timing_loss
+from recipes.study_raters.seen_mouths import HeardSound, PeopleSeen, Seen, SeenMouth
 
 NOTICED_EARLY_S, NOTICED_LATE_S = -0.045, 0.125
 """Sound against picture; ITU-R BT.1359-1 (1998): where it is noticed."""
@@ -43,8 +44,8 @@ GRID_EVERY, TALKER_CLIPS, HELD_OUT_EVERY = 4, 12, 4
 JITTER_MAX, EYES_MIN_PX = 0.005, 60.0
 SMOOTH_S, AHEAD_S = (0.03, 0.05, 0.07), (-0.04, -0.02, 0.0, 0.02, 0.04)
 RIDGE = 20.0
-FIELDS_MAX_BYTES = 50_000_000
-OUTPUT = Path(__file__).parents[1] / "src/elocute/study/raters/people_seen.json"
+FIELDS_FILE = FileKind("tracked fields", 50_000_000)
+OUTPUT = Path(__file__).with_name("people_seen.json")
 
 
 @dataclass(frozen=True)
@@ -63,12 +64,7 @@ def watched(clip: TrackedClip) -> Watched | None:
     recorded = read_tracked_mouth(clip)
     if not recorded.valid.all():
         return None
-    fields = read_npz(
-        clip.path,
-        max_bytes=FIELDS_MAX_BYTES,
-        allowed="tracked fields",
-        only=frozenset(("eye_open", "pose_deg")),
-    )
+    fields = read_npz(clip.path, FIELDS_FILE, only=frozenset(("eye_open", "pose_deg")))
     turns, lids = np.asarray(fields["pose_deg"], float), np.asarray(fields["eye_open"], float)
     if not (np.isfinite(turns).all() and np.isfinite(lids).all()):
         return None
@@ -211,7 +207,7 @@ def main() -> None:
         values = np.array([getattr(each, name) for each in seen])
         print(name, np.round(np.nanpercentile(values, [5, 25, 50, 75, 95]), 3))
     stored = {
-        "made_from": "GRID speaker 1 (CC BY 4.0), Arabic television news; recipes/people_seen.py",
+        "made_from": "GRID speaker 1 (CC BY 4.0), Arabic television news; recipes/study_raters",
         **people.__dict__,
     }
     OUTPUT.write_text(json.dumps(stored, indent=1) + "\n")

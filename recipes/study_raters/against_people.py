@@ -1,6 +1,6 @@
 """Simulated raters against what is known of people.
 
-    python -m benchmarks.study_raters ../shared/data
+    python -m recipes.study_raters.against_people ../shared/data
 
 People whose mouths were tracked in video, and who taught the raters nothing (GRID's development
 clips are of a man who did, by other sentences): how often raters take a mouth as it was over the
@@ -24,9 +24,9 @@ from elocute.array_types import Float64Array
 from elocute.audio.waveform import Waveform
 from elocute.evaluation.tracked_mouths import TrackedClip, find_tracked_mouths
 from elocute.motion.mouth_measures import measure_mouth
-from elocute.study.raters.raters import strength
-from elocute.study.raters.seen_mouths import HeardSound, SeenMouth, hear, look
-from recipes.people_seen import Watched, news_clips, shifted, watched
+from recipes.study_raters.people_seen import Watched, news_clips, shifted, watched
+from recipes.study_raters.raters import strength
+from recipes.study_raters.seen_mouths import HeardSound, SeenMouth, hear, look
 
 PIECE_S = 3.0
 DELAYS_MS = (-250, -185, -125, -90, -45, 45, 90, 125, 185, 250)

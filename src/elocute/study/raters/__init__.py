@@ -1,1 +1,0 @@
-"""Simulated raters, to try a study before people see it."""
