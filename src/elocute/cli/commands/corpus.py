@@ -59,7 +59,7 @@ def check_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
 
     corpus = open_corpus(folder)
     with progress_bar(f"checking {folder.name}", as_json) as progress:
-        findings = [_in_flags_of_convert(text) for text in check_corpus(corpus, progress)]
+        findings = [_in_flags_of_convert(finding) for finding in check_corpus(corpus, progress)]
     errors = sum(finding.level == "error" for finding in findings)
     if as_json:
         record = {"folder": str(folder), "errors": errors, "warnings": len(findings) - errors}

@@ -10,9 +10,9 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.contacts import Bare, contacts_shown
+from elocute.cli.name_lists import names_of_part
 from elocute.cli.outputs import check_file_suffix, plan_files, write_json_report
 from elocute.cli.progress import progress_bar
-from elocute.errors import CorpusError, InputError
 
 if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus
@@ -114,13 +114,9 @@ def corpus_command(
 
 
 def _names(corpus: Corpus, split: str, part: str, limit: int) -> list[str]:
-    if part not in PARTS:
-        raise InputError.about(f"--part {part}", found="unknown", allowed=", ".join(PARTS))
-    names = corpus.split(split).parts()[part]
-    if not names:
-        raise CorpusError.about(corpus.folder, found=f"no clip in {part} of split {split}")
+    names = names_of_part(corpus, split, part, PARTS)
     step = max(1, len(names) // limit) if limit else 1
-    return list(names[::step])[: limit or None]
+    return names[::step][: limit or None]
 
 
 def measure_of(corpus: Corpus, lips: Path | None, upper_face: Path | None) -> MetricConfig:
