@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
-from elocute.cli.contacts import Bare, contacts_shown
 from elocute.cli.name_lists import names_of_part
 from elocute.cli.outputs import check_file_suffix, plan_files, write_json_report
 from elocute.cli.progress import progress_bar
@@ -50,7 +49,7 @@ def corpus_command(
         "built-in head, or the published list for FLAME and BIWI.",
     ),
     upper_face: Path | None = typer.Option(None, help="Upper-face vertices for FDD, likewise."),
-    contacts: str = Bare,
+    contacts: str = options.ContactsMeasuredOff,
     mix: str = options.Mix,
     limit: int = typer.Option(0, min=0, help="Use only this many clips, evenly spaced; 0 for all."),
     seed: int = typer.Option(0, min=0, help="Seed of the confidence intervals."),
@@ -83,7 +82,7 @@ def corpus_command(
     chosen, outputs = open_model(model), mixes_outputs(mix)
     styles = (chosen.styles or ("plain",)) if style in ("each", "best") else (style,)
     scores_of: dict[str, list[SubjectScore]] = {}
-    for each in contacts_shown(contacts):
+    for each in options.contacts_measured(contacts):
         predict = clip_predictor(chosen, opened, contacts=each == "auto", outputs=outputs)
         with progress_bar(f"measuring, contacts {each}", as_json) as progress:
             scores = score_clips(opened, names, styles, predict, measure, progress)

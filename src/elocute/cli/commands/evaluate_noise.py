@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
-from elocute.cli.contacts import Finished, contacts_shown
 from elocute.cli.outputs import check_file_suffix, plan_files
 from elocute.cli.progress import progress_bar
 from elocute.cli.tables import check_tables, write_tables
@@ -43,7 +42,7 @@ def noise_command(
     ),
     model: list[str] = Models,
     style: str = options.StyleName,
-    contacts: str = Finished,
+    contacts: str = options.ContactsMeasured,
     noise: list[str] = typer.Option(
         ["street"],
         help="Noise: street (simulated traffic), white, babble, or a sound file; telephone, for "
@@ -65,7 +64,7 @@ def noise_command(
     plan = plan_files((speech, *model, *noise), [plot, *tables], overwrite, no_clobber)
     steps = _levels(levels)
     kinds = {kind: _disturbances(kind, steps, seed) for kind in noise}
-    ways = list(product(dict.fromkeys(model), contacts_shown(contacts)))
+    ways = list(product(dict.fromkeys(model), options.contacts_measured(contacts)))
     sounds = _sounds(speech)
     studies: list[NoiseStudy] = []
     with progress_bar("animating", as_json) as progress:

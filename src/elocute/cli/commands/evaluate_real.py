@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
-from elocute.cli.contacts import Finished, contacts_shown
 from elocute.cli.name_lists import read_names
 from elocute.cli.outputs import plan_files
 from elocute.cli.progress import progress_bar
@@ -32,7 +31,7 @@ def real_command(
     style: str = options.StyleName,
     strength: float = options.Strength,
     model: str = options.Model,
-    contacts: str = Finished,
+    contacts: str = options.ContactsMeasured,
     mix: str = options.Mix,
     per_clip: bool = typer.Option(False, help="Also print every clip."),
     per_talker: bool = typer.Option(False, help="Also print every language and talker."),
@@ -50,7 +49,7 @@ def real_command(
 
     files = check_tables(table)
     plan = plan_files((folder,), files, overwrite, no_clobber)
-    wanted, shown = read_names(names), contacts_shown(contacts)
+    wanted, shown = read_names(names), options.contacts_measured(contacts)
     eye_distance_mm = 1000 * load_builtin_head().eye_distance_m
 
     def predict(sound: Path, contacts: str) -> Curves:
