@@ -4,6 +4,7 @@
     python -m recipes.train_trunk align            # phones of natural English
     python -m recipes.train_trunk realign          # of German, Dutch and wake words
     python -m recipes.train_trunk fit WHISPER --held-out    # resumes from its checkpoint
+    python -m recipes.train_trunk mouth WHISPER --held-out  # its mouth again, on readers too
     python -m recipes.train_trunk ship             # ONNX into the package
     python -m recipes.train_trunk reference        # phones of the test clips for the benchmark
 
@@ -44,6 +45,7 @@ from recipes.trunk.calibration import calibrate
 from recipes.trunk.export import export, scales
 from recipes.trunk.fit import ROWS, FitSettings, fit
 from recipes.trunk.judging import mouth_correlations, phone_figures
+from recipes.trunk.mouth_teacher import Voice, teach_mouth
 from recipes.trunk.mouths import MouthBatches, MouthClip, by_talker, read_mouths, standardise
 from recipes.trunk.spectrum import BatchLogMel
 from recipes.voice.made_sounds import made_sounds
@@ -61,6 +63,8 @@ AGAIN = {"trunk_rate": 1e-4, "head_rate": 5e-4}  # of phones that are taught on 
 FLITE_MINUTES, FESTIVAL_MINUTES = 35, 30
 JUDGED_EVERY = 6  # of the test recordings, while teaching
 AHEAD_FILE, AHEAD_STREAM = 25, 2
+VOICES = {"readers_train": 1, "untold_train": 2, "nat_train_*": 40}
+"""Shards in whose recordings a teacher tells the mouths, one of so many of each."""
 
 
 def read_speech(data: Path, work: Path, seed: int) -> Mixer:
@@ -164,9 +168,7 @@ def teach(chosen: argparse.Namespace) -> None:
     if chosen.phones_alone:
         settings = replace(settings, phones_alone=True, mouths=1, speech=8, **AGAIN)
     data = chosen.data
-    words = read_mouths(data / "talkers" / "train")
-    measuring = (data / "grid_s1" / "dev.txt").read_text(encoding="utf-8").split()
-    sentences = read_mouths(data / "grid_s1" / "clips", leave_out=measuring)
+    words, sentences = filmed(data)
     learned, other = split_talkers(words) if chosen.held_out else (words, [])
     standardise([*words, *sentences])
     speech = read_speech(data, chosen.work, settings.seed)
@@ -182,15 +184,56 @@ def teach(chosen: argparse.Namespace) -> None:
     fit(chosen.whisper, config, mouths, speech, chosen.checkpoint, settings, report)
 
 
+def filmed(data: Path) -> tuple[list[MouthClip], list[MouthClip]]:
+    """Words of the news talkers, and sentences of GRID's man but for those that measure."""
+    measuring = (data / "grid_s1" / "dev.txt").read_text(encoding="utf-8").split()
+    return (
+        read_mouths(data / "talkers" / "train"),
+        read_mouths(data / "grid_s1" / "clips", leave_out=measuring),
+    )
+
+
+def read_voices(work: Path) -> list[Voice]:
+    """Natural speech of training speakers, thinned: first readers, whose accents are many."""
+    found = []
+    for name, every in VOICES.items():
+        for path in sorted(work.glob(f"{name}.json")):
+            shard = load_shard(work, path.stem)
+            for item in shard.items[::every]:
+                samples = shard.samples(item)
+                whole = len(samples) - len(samples) % ROW_SAMPLES
+                found.append(Voice(item.speaker or item.source, samples[:whole]))
+    return found
+
+
+def teach_mouth_again(chosen: argparse.Namespace) -> None:
+    """The mouth's head alone, through the layers that the checkpoint has."""
+    state = torch.load(chosen.checkpoint, weights_only=True)
+    trunk = Trunk(TrunkConfig(**state["config"]))
+    kept = {name: x for name, x in state["mean"].items() if not name.startswith("mouth.")}
+    trunk.load_state_dict(kept, strict=False)
+    words, sentences = filmed(chosen.data)
+    learned, other = split_talkers(words) if chosen.held_out else (words, [])
+    standardise([*words, *sentences])
+    augment = Augmenter(read_all_noises(chosen.data), chosen.seed)
+    voices = read_voices(chosen.work)
+    teach_mouth(trunk, chosen.whisper, learned, sentences, voices, augment, chosen.seed)
+    mouth = {f"mouth.{name}": x for name, x in trunk.mouth.state_dict().items()}
+    for part in ("trunk", "mean"):
+        state[part] |= mouth
+    torch.save(state, chosen.checkpoint)
+    judged = [*read_mouths(chosen.data / "talkers" / "dev"), *other[::2]]
+    print(judgement(trunk, judged, []))
+
+
 def ship(chosen: argparse.Namespace) -> None:
     """The checkpoint as ONNX, with sizes of movement from people it did not learn from."""
     state = torch.load(chosen.checkpoint, weights_only=True)
     trunk = Trunk(TrunkConfig(**state["config"]))
     trunk.load_state_dict(state["mean"])
     trunk.eval()
-    words = read_mouths(chosen.data / "talkers" / "train")
-    measuring = (chosen.data / "grid_s1" / "dev.txt").read_text(encoding="utf-8").split()
-    sentences = read_mouths(chosen.data / "grid_s1" / "clips", leave_out=measuring)[::10]
+    words, sentences = filmed(chosen.data)
+    sentences = sentences[::10]
     talkers = standardise([*words, *sentences])
     _, other = split_talkers(words)
     sizes = calibrate(trunk, [other, sentences], list(talkers.values()))
@@ -225,15 +268,15 @@ def judgement(
                 for field in next(iter(found.values()))
             }
             lines.append(f"  ahead {ahead}: {len(found)} talkers {json.dumps(mean)}")
-        english = [one for one in spoken if one.language == "en"]
-        lines.append(f"  ahead {ahead}: English phones {phone_figures(trunk, english, ahead)}")
+        if english := [one for one in spoken if one.language == "en"]:
+            lines.append(f"  ahead {ahead}: English phones {phone_figures(trunk, english, ahead)}")
     return "\n".join(lines)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument(
-        "step", choices=("synthesise", "align", "realign", "fit", "ship", "reference")
+        "step", choices=("synthesise", "align", "realign", "fit", "mouth", "ship", "reference")
     )
     parser.add_argument("whisper", type=Path, nargs="?")
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
@@ -252,6 +295,8 @@ def main() -> None:
     chosen.work.mkdir(parents=True, exist_ok=True)
     if chosen.step == "fit":
         teach(chosen)
+    elif chosen.step == "mouth":
+        teach_mouth_again(chosen)
     elif chosen.step == "ship":
         ship(chosen)
     elif chosen.step == "realign":

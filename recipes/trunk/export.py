@@ -171,7 +171,7 @@ def scales(trunk: Trunk, sounds: Iterable[Tensor]) -> dict[str, float]:
     ]
     for bands in sounds:
         hidden, last = trunk.rows(bands, AHEAD)
-        trunk.mouth(hidden)
+        trunk.told(hidden, last)
         trunk.phones(last)
     for hook in hooks:
         hook.remove()
@@ -181,7 +181,7 @@ def scales(trunk: Trunk, sounds: Iterable[Tensor]) -> dict[str, float]:
 def export(trunk: Trunk, path: Path, record: dict[str, Any], most: dict[str, float]) -> None:
     """Write the trunk with both heads, and the record of what it is."""
     config, graph = trunk.eval().config, _Graph(most)
-    width, hidden, mouth = config.width, "", ""
+    width, hidden = config.width, ""
     x = graph.add("Add", _front(graph, trunk, "bands"), "positions")
     kept: dict[str, str] = {}
     for number, layer in enumerate(trunk.layers):
@@ -190,8 +190,15 @@ def export(trunk: Trunk, path: Path, record: dict[str, Any], most: dict[str, flo
         kept |= dict(zip(names, left, strict=True))
         if number + 1 == config.mouth_layer:
             hidden = graph.norm(x, np.ones(width), np.zeros(width))
-            mouth, kept["mouth_new"] = _head(graph, trunk.mouth, hidden, "mouth")
     rows = graph.norm(x, np.ones(width), np.zeros(width))
+    kept["last_new"] = rows
+    count = graph.slice(graph.add("Shape", rows), 0, 1)
+    waited = [
+        graph.slice(graph.add("Concat", before, now, axis=0), 0, count)
+        for before, now in (("hidden_before", hidden), ("last_before", rows))
+    ]
+    both = graph.add("Concat", *waited, axis=1)
+    mouth, kept["mouth_new"] = _head(graph, trunk.mouth, both, "mouth")
     told, kept["phones_new"] = _head(graph, trunk.phones, rows, "phones")
     phones = graph.add("LogSoftmax", told, axis=-1)
     outputs = {"hidden": hidden, "mouth": mouth, "phones": phones, **kept}
@@ -209,6 +216,8 @@ def export(trunk: Trunk, path: Path, record: dict[str, Any], most: dict[str, flo
         inputs.append(helper.make_tensor_value_info(f"seen_{number}", TensorProto.FLOAT, shape))
     inputs += [
         helper.make_tensor_value_info("windows", TensorProto.INT64, [None, None]),
+        declared("hidden_before", width),
+        declared("last_before", width),
         declared("mouth_before", config.mouth_channels),
         declared("phones_before", config.phone_channels),
     ]

@@ -194,7 +194,10 @@ def fit(
             rows, last = trunk.rows(bands, ahead, first, settings.phones_pull)
             with torch.no_grad():
                 whole, _ = teacher.rows(bands, None, draw.randrange(WHISPER_ROWS - ROWS))
-        told = trunk.told(weakened(rows[: settings.mouths], settings.mouth_pull))
+        # The mouth reads the last layer as the phones make it.
+        told = trunk.told(
+            weakened(rows[: settings.mouths], settings.mouth_pull), last[: settings.mouths].detach()
+        )
         heard = trunk.phones(last[settings.mouths :])
         lips_loss = mouth_loss(
             told,

@@ -26,7 +26,7 @@ def answers(trunk: Trunk, samples: Float32Array, ahead: int) -> tuple[Float32Arr
     with torch.autocast("cpu", torch.bfloat16):
         mouth, last = trunk.rows(FRONT_END(waves, CONTEXT), ahead)
     phones = torch.log_softmax(trunk.phones(last), -1)
-    return trunk.told(mouth)[0].numpy(), phones[0].numpy()
+    return trunk.told(mouth, last)[0].numpy(), phones[0].numpy()
 
 
 def mouth_correlations(

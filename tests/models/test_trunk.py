@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 
 import numpy as np
@@ -35,9 +36,11 @@ from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig
 from recipes.train_trunk import split_talkers
 from recipes.trunk.export import export, scales
 from recipes.trunk.fit import FitSettings, mouth_loss
+from recipes.trunk.mouth_teacher import HeardMouth, Source, hear, teach
 from recipes.trunk.mouths import MouthClip
 from recipes.trunk.spectrum import BatchLogMel
 
+torch.set_num_threads(1)
 RATE = 16000
 SIZES = {
     "middle_mm": [6.7, 50.0, 0.0, 3.4],
@@ -107,7 +110,7 @@ def test_it_is_the_network_that_was_taught(small, path, speech, ahead) -> None:
     sound = np.concatenate([rest, speech, rest])
     with torch.no_grad():
         hidden, last = small.rows(BatchLogMel(0)(torch.from_numpy(sound)[None], CONTEXT), ahead)
-        told = small.told(hidden)[0].numpy()[REST_ROWS:-REST_ROWS]
+        told = small.told(hidden, last)[0].numpy()[REST_ROWS:-REST_ROWS]
         heard = torch.log_softmax(small.phones(last), -1)[0].numpy()[REST_ROWS:-REST_ROWS]
     found = listened(path, speech, 4000, ahead)
     loud = (found.phones != SILENCE_ALONE).any(axis=1)
@@ -201,3 +204,30 @@ def test_the_loss_falls_towards_the_mouth_of_each_clip() -> None:
     spoilt = right.clone()
     spoilt[:, 40:60] = 100.0  # nothing is known there
     assert loss(spoilt) == pytest.approx(loss(right), abs=1e-5)
+
+
+def test_the_head_of_a_mouth_learns_from_kept_rows_and_nothing_else_changes(small, speech) -> None:
+    """A movement that can be read off both layers, the nearer one from later rows."""
+    trunk = copy.deepcopy(small)
+    heard = hear(trunk, BatchLogMel(0), speech, 4, (1, 2))
+    rows, last = (torch.from_numpy(part.astype(np.float32)) for part in np.split(heard, 2, axis=1))
+    assert len(heard) == len(speech) // ROW_SAMPLES
+
+    def told(both: torch.Tensor) -> torch.Tensor:
+        return trunk.told(*both.split(32, dim=-1))
+
+    def r_of_opening() -> float:
+        with torch.no_grad():
+            return np.corrcoef(trunk.told(rows[None], last[None])[0, 20:, 0], targets[20:, 0])[0, 1]
+
+    moving = np.roll(rows[:, 3], -2) + last[:, 5].numpy()
+    targets = np.repeat(moving[:, None], 7, axis=1).astype(np.float32)
+    targets[:, 6] = moving > 0
+    known = np.ones(len(targets), np.bool_)
+    known[:10] = False
+    before = r_of_opening()
+    source = Source([HeardMouth((heard,), targets, known)], 3, 60, 1.0)
+    teach(trunk.mouth, told, [source], 80, seed=1)
+    assert r_of_opening() > 0.6 > before
+    for name, values in small.state_dict().items():
+        assert name.startswith("mouth.") or torch.equal(values, trunk.state_dict()[name]), name

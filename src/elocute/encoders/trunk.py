@@ -191,7 +191,7 @@ def _rows_late(record: dict[str, Any], ahead: int) -> dict[str, int]:
     hidden = record["mouth_layer"] * ahead
     return {
         "hidden": hidden,
-        "mouth": hidden + record["mouth_ahead"],
+        "mouth": max(hidden + record["mouth_ahead"], record["layers"] * ahead),
         "phones": record["layers"] * ahead,
     }
 
@@ -205,7 +205,7 @@ class TrunkRows:
     Parameters
     ----------
     hidden : (row, width) float32
-        What the mouth is told from: the rows after the mouth's layer, normalised.
+        The rows after the mouth's layer, normalised.
     mouth : (row, 7) float32
         `MOUTH_FIELDS`.
     phones : (row, 40) float32
@@ -266,6 +266,9 @@ class TrunkStream:
             )
             for _ in range(self._layers)
         ]
+        # The mouth is told from both, of which one may have to wait for the other.
+        self._hidden = _nothing(late["mouth"] - record["mouth_ahead"] - late["hidden"], width)
+        self._last = _nothing(late["mouth"] - late["phones"], width)
         self._mouth = _nothing(record["reach"], record["mouth_channels"])
         self._phones = _nothing(record["reach"], record["phone_channels"])
         self._mel = whisper_mel.WhisperMel(together)
@@ -328,6 +331,8 @@ class TrunkStream:
             "bands": self._bands[: 2 * rows + 2 * CONTEXT - 1],
             "positions": network.positions[places],
             "windows": starts[:, None] + np.arange(self._window),
+            "hidden_before": self._hidden,
+            "last_before": self._last,
             "mouth_before": self._mouth,
             "phones_before": self._phones,
         }
@@ -339,6 +344,8 @@ class TrunkStream:
         for number, layer in enumerate(self._state):
             for part in KEPT:
                 setattr(layer, part, _moved_on(getattr(layer, part), found[f"{part}_{number}_new"]))
+        self._hidden = _moved_on(self._hidden, found["hidden"])
+        self._last = _moved_on(self._last, found["last_new"])
         self._mouth = _moved_on(self._mouth, found["mouth_new"])
         self._phones = _moved_on(self._phones, found["phones_new"])
         self._bands = self._bands[2 * rows :]

@@ -1,7 +1,8 @@
 """The trunk: the first layers of Whisper's encoder, taught to hear only so far ahead, with heads.
 
 Every row of 20 ms attends to `history` rows before it and to so many after it as the caller says;
-the heads look back only, that of the mouth from `mouth_ahead` rows later. Whisper's sinusoids tell
+the heads look back only. That of the mouth reads the rows of its own layer from `mouth_ahead` rows
+later, beside those of the last layer, which a stream has no later. Whisper's sinusoids tell
 positions, rounded to a common period, so that a sound of any length goes on as it began.
 """
 
@@ -28,12 +29,12 @@ class TrunkConfig:
     width: int = 512
     layers: int = 4
     heads: int = 8
-    mouth_layer: int = 3  # after which the mouth is told; phones are told after the last
+    mouth_layer: int = 3  # that the mouth is told from beside the last; phones, from the last
     history: int = 150
     period: int = 500
     mouth: int = 7  # six measures, and whether the lips are shut
     mouth_channels: int = 96
-    mouth_ahead: int = 4  # rows that the mouth's head sees ahead
+    mouth_ahead: int = 4  # rows of the mouth's layer that its head sees ahead
     phones: int = 40
     phone_channels: int = 192
 
@@ -115,7 +116,7 @@ class Trunk(nn.Module):
         self.second = nn.Conv1d(config.width, config.width, 3, stride=2)
         self.layers = nn.ModuleList(Layer(config.width, config.heads) for _ in range(config.layers))
         self.mouth = CausalHead(
-            config.width, config.mouth_channels, config.mouth, (1, 2, 4), dropout=0.15
+            2 * config.width, config.mouth_channels, config.mouth, (1, 2, 4), dropout=0.15
         )
         self.phones = CausalHead(
             config.width, config.phone_channels, config.phones, (1, 2, 4), dropout=0.05
@@ -123,10 +124,15 @@ class Trunk(nn.Module):
         positions = torch.from_numpy(position_rows(config.period, config.width))
         self.register_buffer("positions", positions, persistent=False)
 
-    def told(self, rows: Tensor) -> Tensor:
-        """(batch, row, width) to (batch, row, 7) of the mouth, rest after the last row."""
+    def told(self, rows: Tensor, last: Tensor) -> Tensor:
+        """What `rows` returns, both (batch, row, width), to (batch, row, 7) of the mouth.
+
+        Nothing is before the first row and after the last.
+        """
         ahead = self.config.mouth_ahead
-        return self.mouth(functional.pad(rows, (0, 0, 0, ahead)))[:, ahead:]
+        later = functional.pad(rows, (0, 0, 0, ahead))
+        now = functional.pad(last, (0, 0, ahead, 0))
+        return self.mouth(torch.cat([later, now], dim=-1))[:, ahead:]
 
     def rows(
         self, bands: Tensor, ahead: int | None, first: int = 0, phones_pull: float = 1.0
