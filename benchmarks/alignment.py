@@ -39,9 +39,9 @@ import torch
 from elocute.alignment.aligner import Aligner
 from elocute.alignment.methods import fit_aligner
 from elocute.cli.commands.evaluate_alignment import DEFAULT_METHODS, print_table
-from elocute.evaluation.alignment_ablation import ablation_variants
 from elocute.evaluation.alignment_scores import (
     WordScore,
+    ablation_variants,
     compare_methods,
     method_variant,
     pair_scores,

@@ -17,8 +17,7 @@ import numpy as np
 import elocute
 from elocute.adoption.characters.open_character import character_of
 from elocute.errors import HeadError
-from elocute.export.character_mouth import measured_mouth, mouth_controls
-from elocute.export.character_weights import character_motion
+from elocute.export.character_weights import character_motion, measured_mouth, mouth_controls
 from elocute.head.character import Character
 from elocute.head.preset_shapes import OCULUS_SHAPES, SILENT, VRM_MOUTH
 from elocute.meshes.gltf_document import gltf_document

@@ -22,7 +22,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np
 from scipy.spatial import KDTree
 
-from elocute.capture.scans.landmark_names import KEY_LANDMARKS
+from elocute.capture.scans.landmark_page import KEY_LANDMARKS
 from elocute.head.builtin import load_builtin_head
 from elocute.registration.landmarks import Landmarks
 from elocute.registration.register import register_neutral

@@ -36,7 +36,7 @@ from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.models.crnn_network import CrnnNetwork, stream_weights
 from elocute.networks.crnn import BLOCK, COLUMNS, Crnn, SharedCrnn, with_slopes
-from elocute.training.crnn.export import StreamingCrnn
+from elocute.training.crnn.run import StreamingCrnn
 from elocute.training.onnx_export import OPSET
 
 EXAMPLE = Path(__file__).parents[1] / "src" / "elocute" / "assets" / "example.flac"

@@ -38,8 +38,7 @@ from elocute.registration.model_fit import FitStage, ModelFit
 from elocute.registration.register import MODEL_POINTS, register_neutral
 from elocute.registration.scan import Scan
 from elocute.registration.scan_file import read_scan
-from elocute.registration.template import Template, with_size
-from elocute.registration.visibility import seen_from_front
+from elocute.registration.template import Template, seen_from_front, with_size
 from recipes.heads_speak import ict_parts
 
 AMOUNTS = (-2, -1, 0, 1, 2)

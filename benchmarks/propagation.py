@@ -25,8 +25,7 @@ from pathlib import Path
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"
 
-from elocute.capture.blendshapes.basis_motion import sweep_shapes
-from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
+from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes, sweep_shapes
 from elocute.corpus.corpus_store import open_corpus
 from elocute.motion.store import save_motion
 from elocute.propagation import word_job

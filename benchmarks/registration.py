@@ -28,15 +28,15 @@ import numpy as np
 import elocute
 from elocute.animation import animate
 from elocute.array_types import Float64Array
+from elocute.capture.simulation.range_scanner import phong_tessellation
 from elocute.capture.simulation.scan_simulator import Scanner, ScanSimulator
-from elocute.capture.simulation.smooth_surface import phong_tessellation
 from elocute.head.builtin import load_builtin_head
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion
 from elocute.registration.accuracy import correspondence_mm, scan_distances, surface_error
 from elocute.registration.closest_points import CoarseMesh, sample_triangles
 from elocute.registration.correspondences import sample_scan
-from elocute.registration.initial_pose import initial_poses
+from elocute.registration.head_search import initial_poses
 from elocute.registration.landmarks import Landmarks
 from elocute.registration.nonrigid_icp import NonrigidIcp
 from elocute.registration.register import register_neutral, register_nonrigid, register_scan

@@ -22,9 +22,7 @@ import numpy as np
 from elocute.array_types import FloatArray, IntArray
 from elocute.articulation.style import STYLES
 from elocute.audio.waveform import Waveform
-from elocute.capture.settings import FaceRichness
-from elocute.capture.simulation.rich_faces.rich_face import RichFace, RichTake
-from elocute.export.contact_sheet import contact_sheet
+from elocute.export.pictures import contact_sheet
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
@@ -33,6 +31,7 @@ from elocute.speech.text.known_phones import posteriors_from_phones
 from recipes.corpus.subjects import SUBJECTS
 from recipes.encoder.store import LABEL_RATE, RATE
 from recipes.encoder.synthesise import Espeak, Phones
+from recipes.rich_faces.rich_face import FaceRichness, RichFace, RichTake
 from recipes.talker_spread import SENTENCES
 
 FPS = 30.0

@@ -24,7 +24,6 @@ import elocute
 from elocute.animation import animate
 from elocute.array_types import Float64Array
 from elocute.audio.read import read_audio
-from elocute.capture.simulation.rich_faces.rich_face import take_from_sound
 from elocute.capture.simulation.scan_simulator import Scanner, ScanSimulator
 from elocute.errors import CaptureError
 from elocute.head.builtin import load_builtin_head
@@ -33,6 +32,7 @@ from elocute.registration.landmarks import Landmarks, no_landmarks
 from elocute.registration.register import Registration, register_neutral, register_scan
 from elocute.registration.scan import Scan
 from elocute.registration.template import Template
+from recipes.rich_faces.rich_face import take_from_sound
 
 FPS = 60.0
 STYLES = ("plain", "broad", "smiling", "rounded")

@@ -17,14 +17,16 @@ import numpy as np
 from PIL import Image
 
 from elocute.audio.read import read_audio
-from elocute.capture.blendshapes.basis_motion import extreme_shapes, sweep_shapes
-from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
+from elocute.capture.blendshapes.blendshape_learning import (
+    extreme_shapes,
+    learn_blendshapes,
+    sweep_shapes,
+)
 from elocute.capture.blendshapes.settings import BlendshapeConfig
 from elocute.capture.settings import Scanner
-from elocute.capture.simulation.rich_faces.rich_face import take_from_sound
 from elocute.capture.simulation.scan_simulator import ScanSimulator
 from elocute.corpus.corpus_store import open_corpus
-from elocute.export.contact_sheet import contact_sheet
+from elocute.export.pictures import contact_sheet
 from elocute.head.builtin import load_builtin_head
 from elocute.head.looks import dress, face_look
 from elocute.head.mesh import head_from_arrays
@@ -32,6 +34,7 @@ from elocute.registration.register import register_neutral
 from elocute.registration.scan import Scan
 from elocute.render import open_renderer, portrait
 from recipes.head.sheets import EXAMPLE, QUALITY, still
+from recipes.rich_faces.rich_face import take_from_sound
 
 WHO, FPS, SECONDS, FRAME = "ada", 10.0, 3.0, 27
 SCAN_SIDE, SHAPE_SIDE, SHAPES = 420, 160, 4

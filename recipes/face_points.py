@@ -12,6 +12,7 @@ equal. Needs the extras `video` and `capture`; no data but the shipped head.
 from __future__ import annotations
 
 import argparse
+import io
 import sys
 import warnings
 from dataclasses import replace
@@ -21,7 +22,8 @@ import numpy as np
 
 from elocute.array_types import Float64Array, IntArray
 from elocute.capture.video.face_detector import FaceDetector, mediapipe_detector
-from elocute.capture.video.face_mesh_points import TABLE_PATH, FacePoints, save_face_points
+from elocute.capture.video.face_mesh_points import TABLE_PATH, FacePoints
+from elocute.files.atomic import write_atomically
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identity
 from elocute.head.mediapipe_face_mesh import IRIS, LIDS, LIP_CONTOURS, POINT_COUNT
@@ -168,6 +170,20 @@ def table(
         vertices[index] = np.stack([first, second, second], axis=1)
         shares[index] = np.stack([1 - share, share, np.zeros(len(share))], axis=1)
     return FacePoints(vertices, shares.astype(np.float32), spread_mm.astype(np.float32))
+
+
+def save_face_points(points: FacePoints, path: Path) -> None:
+    """Write the table. Raises OutputError."""
+    assert len(points.vertices) == POINT_COUNT
+    packed = io.BytesIO()
+    np.savez_compressed(
+        packed,
+        vertices=points.vertices.astype(np.int32),
+        shares=points.shares.astype(np.float32),
+        spread_mm=points.spread_mm.astype(np.float32),
+    )
+    with write_atomically(path) as draft:
+        draft.write_bytes(packed.getvalue())
 
 
 def main() -> None:

@@ -7,7 +7,7 @@ Real talkers are those of `talkers/train` and `grid_s1`: speakers with eight cli
 that are neither turned nor jittery. A speaker's figure is taken over all clips; the spread between
 speakers is what is left of its standard deviation when the error of sampling clips, by bootstrap,
 is taken away. Lengths are in distances of the outer eye corners. The figures are typed into
-`elocute.capture.simulation.rich_faces.talker_spread`; no clip is.
+`recipes.rich_faces.talker_spread`; no clip is.
 
 Simulated people all say the same sentences in one voice and the plain style, so what differs
 between them is what was drawn. Needs espeak-ng.
@@ -26,12 +26,12 @@ import numpy as np
 from elocute.array_types import Float64Array
 from elocute.articulation.style import STYLES
 from elocute.audio.waveform import Waveform
-from elocute.capture.simulation.rich_faces import talker_spread
-from elocute.capture.simulation.rich_faces.rich_face import RichFace, RichTake
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.speech.text.known_phones import posteriors_from_phones
 from recipes.encoder.store import LABEL_RATE, RATE
+from recipes.rich_faces import talker_spread
+from recipes.rich_faces.rich_face import RichFace, RichTake
 
 FLAWS = {"small_mouth", "turned", "jittery"}
 CLIPS_MIN, FRAMES_MIN = 8, 20

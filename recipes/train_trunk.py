@@ -33,7 +33,6 @@ from elocute.array_types import Float32Array
 from elocute.encoders.phones_and_visemes import SILENCE
 from elocute.encoders.trunk import KIND, ROW_SAMPLES, SHIPPED_PATH
 from elocute.models.talkers import SIZES_PATH
-from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig
 from recipes.encoder import evaluate
 from recipes.encoder.augment import Augmenter
 from recipes.encoder.mixing import Mixer, read_noises
@@ -47,6 +46,7 @@ from recipes.trunk.fit import ROWS, FitSettings, fit
 from recipes.trunk.judging import mouth_correlations, phone_figures
 from recipes.trunk.mouth_teacher import Voice, teach_mouth
 from recipes.trunk.mouths import MouthBatches, MouthClip, by_talker, read_mouths, standardise
+from recipes.trunk.network import CONTEXT, Trunk, TrunkConfig
 from recipes.trunk.spectrum import BatchLogMel
 from recipes.voice.made_sounds import made_sounds
 

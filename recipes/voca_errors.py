@@ -11,7 +11,7 @@ import argparse
 from pathlib import Path
 
 from elocute.corpus.corpus_store import open_corpus
-from elocute.training.voca.style_errors import record_style_errors
+from elocute.training.voca.run import record_style_errors
 from recipes.train_default import ASSET
 
 

@@ -57,7 +57,7 @@ MODULES = {
         {
             "jobs/ray_cluster.py",
             "speech/voices/espeak.py",
-            "meshes/draco_gltf.py",
+            "meshes/gltf_arrays.py",
             "meshes/fbx_gltf.py",
         },
     ),

@@ -354,8 +354,8 @@ def learned(tmp_path_factory: pytest.TempPathFactory, make_corpus: Callable[...,
     from elocute.corpus.corpus_store import open_corpus, write_manifest
     from elocute.corpus.split import Split
     from elocute.encoders.registry import resolve_encoder
-    from elocute.training.voca.export import export_voca
     from elocute.training.voca.fit import fit
+    from elocute.training.voca.run import export_voca
     from elocute.training.voca.settings import VocaTrainConfig
     from elocute.training.voca.training_data import prepare
 

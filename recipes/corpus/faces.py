@@ -1,7 +1,7 @@
 """The faces of simulated speakers: the rig's, or faces of flesh that no rig spans.
 
 `rig` gives weights of the built-in head's shapes, exactly as the shipped models learned them;
-`rich` gives vertices of `elocute.capture.simulation.rich_faces`.
+`rich` gives vertices of `recipes.rich_faces`.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 from elocute.articulation.driver import articulate
 from elocute.articulation.style import STYLES
 from elocute.audio.waveform import Waveform
-from elocute.capture.simulation.rich_faces.rich_face import RichFace
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.speech.text.known_phones import posteriors_from_phones
 from recipes.corpus.subjects import Subject
 from recipes.encoder.store import LABEL_RATE
 from recipes.encoder.synthesise import Phones
+from recipes.rich_faces.rich_face import RichFace
 
 KINDS = ("rich", "rig")
 

@@ -14,8 +14,7 @@ import numpy as np
 import soundfile
 
 from elocute.audio.waveform import Waveform
-from elocute.capture.blendshapes.basis_motion import sweep_shapes
-from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
+from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes, sweep_shapes
 from elocute.corpus.clip import Clip
 from elocute.corpus.corpus_store import open_corpus
 from elocute.corpus.corpus_writing import corpus_writer

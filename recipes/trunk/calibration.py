@@ -13,9 +13,9 @@ from elocute.encoders.trunk import AHEAD
 from elocute.head.builtin import load_builtin_head
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.mouth_measures import TRACKED_RESTING, measure_as_tracked
-from elocute.networks.trunk import Trunk
 from recipes.trunk.judging import answers
 from recipes.trunk.mouths import FIELDS, ROW_RATE, MouthClip, TalkerMouth
+from recipes.trunk.network import Trunk
 
 QUANTILES = (2, 10, 25, 50, 75, 90, 98, 99.5)
 REST_ROWS = 15  # of rest that a clip must have to tell what speech differs from

@@ -19,7 +19,7 @@ import torch
 from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
 
-from elocute.networks.trunk import CausalHead, Trunk, TrunkConfig
+from recipes.trunk.network import CausalHead, Trunk, TrunkConfig
 
 OPERATOR_SET = 20
 WEIGHT_MOST = 63  # seven bits: two products of eight by seven may be added up in sixteen

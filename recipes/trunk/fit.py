@@ -15,10 +15,10 @@ from torch import Tensor
 from torch.nn import functional
 
 from elocute.encoders.phones_and_visemes import PHONES, SILENCE
-from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig, position_rows, weakened
 from recipes.encoder.mixing import LIPS, Mixer
 from recipes.encoder.store import UNKNOWN, VOICED
 from recipes.trunk.mouths import FIELDS, MouthBatches
+from recipes.trunk.network import CONTEXT, Trunk, TrunkConfig, position_rows, weakened
 from recipes.trunk.spectrum import BatchLogMel
 from recipes.trunk.whisper import load_whisper
 

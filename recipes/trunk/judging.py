@@ -8,10 +8,10 @@ import numpy as np
 import torch
 
 from elocute.array_types import Float32Array
-from elocute.networks.trunk import CONTEXT, Trunk
 from elocute.numerics.correlation import pearson
 from recipes.encoder import evaluate
 from recipes.trunk.mouths import FIELDS, ROW_RATE, ROW_SAMPLES, MouthClip, by_talker
+from recipes.trunk.network import CONTEXT, Trunk
 from recipes.trunk.spectrum import BatchLogMel
 
 LAGS_S = np.arange(-0.12, 0.121, 0.02)

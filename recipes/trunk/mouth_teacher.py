@@ -21,10 +21,10 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from elocute.array_types import Float32Array, Float64Array
-from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig
 from recipes.encoder.augment import Augmenter
 from recipes.trunk.fit import FitSettings, mouth_loss, published
 from recipes.trunk.mouths import FIELDS, ROW_SAMPLES, MouthClip
+from recipes.trunk.network import CONTEXT, Trunk, TrunkConfig
 from recipes.trunk.spectrum import BatchLogMel
 
 LAYERS = (2, 3, 4)  # of the published encoder

@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from elocute.networks.trunk import Trunk
+from recipes.trunk.network import Trunk
 
 STORED_AS = {0: np.float32, 1: np.int8, 2: np.int16, 3: np.int32, 4: np.float16}
 SHA_256 = {

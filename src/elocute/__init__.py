@@ -54,7 +54,7 @@ __getattr__, __dir__ = lazy(__name__, __file__)
 
 
 def _motion_view(motion: Motion) -> str:
-    from elocute.export.notebook import viewer_frame
+    from elocute.export.html import viewer_frame
 
     return viewer_frame(motion, None, repr(motion))
 

@@ -95,7 +95,7 @@ class Animation:
 
     def _repr_html_(self) -> str:
         """The viewer with its sound, for notebooks."""
-        from elocute.export.notebook import viewer_frame
+        from elocute.export.html import viewer_frame
 
         return viewer_frame(self.motion, self.sound, repr(self), self.words)
 

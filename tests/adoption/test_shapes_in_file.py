@@ -17,9 +17,8 @@ import elocute
 from elocute.adoption.mesh_without_shapes import MeshAdoption, adopt_mesh
 from elocute.adoption.shapes_in_file import with_arkit_shapes
 from elocute.errors import HeadError
-from elocute.meshes.gltf_additions import GltfAdditions
+from elocute.meshes.gltf_additions import GltfAdditions, with_items, with_value
 from elocute.meshes.gltf_document import read_gltf
-from elocute.meshes.json_splices import with_items, with_value
 from elocute.motion.curves import ARKIT_NAMES
 from tests.support.commands import one_line, run_here
 from tests.support.stranger import Stranger, write_stranger

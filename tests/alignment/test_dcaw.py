@@ -16,7 +16,7 @@ import torch
 
 from elocute.alignment import DcawConfig, align, fit_aligner, speech_view
 from elocute.alignment.aligner import consistent_attention
-from elocute.alignment.correlation_objective import whiten_pair
+from elocute.alignment.cca import whiten_pair
 from elocute.alignment.dcaw import (
     PathMarginals,
     correlation,
@@ -27,9 +27,9 @@ from elocute.alignment.dcaw import (
     warping,
 )
 from elocute.alignment.deep_fitting import ClipTensors
+from elocute.alignment.dtw import soft_dtw
 from elocute.alignment.path_lattice import marginals_slope, path_marginals
 from elocute.alignment.settings import ATTENTIONS
-from elocute.alignment.soft_dtw import soft_dtw
 from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.errors import AlignmentError

@@ -10,8 +10,7 @@ import pytest
 pytest.importorskip("numba", reason="needs the extra `wild`")
 
 from elocute.alignment.alignment import check_path
-from elocute.alignment.dtw import dtw, squared_distances
-from elocute.alignment.soft_dtw import soft_dtw
+from elocute.alignment.dtw import dtw, soft_dtw, squared_distances
 from elocute.errors import AlignmentError
 
 SHAPES = [(1, 1), (1, 7), (9, 1), (12, 12), (30, 17), (8, 41)]

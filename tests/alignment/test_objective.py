@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("numba", reason="needs the extra `wild`")
 
-from elocute.alignment.correlation_objective import whiten_pair
+from elocute.alignment.cca import whiten_pair
 from elocute.errors import AlignmentError
 
 

@@ -19,8 +19,7 @@ from elocute.capture.blendshapes.basis_comparison import (
     strongest_shapes,
 )
 from elocute.capture.blendshapes.blendshape_learning import BlendshapeConfig, learn_blendshapes
-from elocute.capture.blendshapes.localised_components import localise_components
-from elocute.capture.blendshapes.principal_components import principal_directions
+from elocute.capture.blendshapes.components import localise_components, principal_directions
 from elocute.cli import main
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError, InputError

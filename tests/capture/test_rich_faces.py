@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from elocute.articulation.style import STYLES
-from elocute.capture import FaceRichness, RichFace, Scanner, take_from_sound
-from elocute.capture.simulation.rich_faces.flesh import lagging
-from elocute.capture.simulation.rich_faces.own_shapes import own_versions
+from elocute.capture import Scanner
 from elocute.capture.simulation.scan_simulator import ScanSimulator
 from elocute.errors import CaptureError
 from elocute.head import load_builtin_head
 from elocute.speech.text.known_phones import posteriors_from_phones
+from recipes.rich_faces.flesh import lagging
+from recipes.rich_faces.own_shapes import own_versions
+from recipes.rich_faces.rich_face import FaceRichness, RichFace, take_from_sound
 from tests.head.test_lips import crowns, deepest_mm, gap_mm
 
 SAID = "P AA B IY M AE T F OW P SIL V EH SH UW CH M AY B W AO M S R IY P"
@@ -173,7 +174,7 @@ def test_without_anything_the_face_is_the_rigs_but_for_its_contacts(head, log_po
 
 
 def test_a_right_smile_is_mostly_the_mirror_image_of_the_left(head):
-    from elocute.capture.simulation.rich_faces.face_places import FLIP, face_places
+    from recipes.rich_faces.face_places import FLIP, face_places
 
     names = ("mouthSmileLeft", "mouthSmileRight")
     left, right = own_versions(head, face_places(head), names, 1.0, 0.15, 4)

@@ -153,8 +153,7 @@ def test_an_ablation_leaves_out_every_part(
     tmp_path: Path, speech_wav: Path, refused: Callable[..., None]
 ) -> None:
     pytest.importorskip("torch", reason="needs the extra `train`")
-    from elocute.evaluation.alignment_ablation import ablation_variants
-    from elocute.evaluation.alignment_scores import compare_methods, score_folder
+    from elocute.evaluation.alignment_scores import ablation_variants, compare_methods, score_folder
 
     words = takes_of_a_word(tmp_path, speech_wav, [0.1, 0.3, 0.5])
     brief = [

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import elocute
-from elocute.export.converted_curves import convert_curves
+from elocute.export.shape_profiles import convert_curves
 from elocute.head.preset_shapes import OCULUS_SHAPES
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.motion.mouth_measures import measure_mouth

@@ -97,7 +97,7 @@ def test_checkpoints_and_corpora_on_a_full_disk(small, speech_wav, make_corpus):
 def test_the_log_of_a_training_on_a_full_disk(small):
     pytest.importorskip("tensorboard", reason="needs the extra `train`")
     from elocute.errors import OutputError
-    from elocute.training.training_log import TrainingLog
+    from elocute.training.epochs import TrainingLog
 
     board = TrainingLog(small, ("epoch", "loss"), 0)
     (small / "full").write_bytes(b"x" * (os.statvfs(small).f_bavail * 4096 - 4096))

@@ -15,8 +15,7 @@ from elocute.corpus.importers.registry import convert
 from elocute.errors import CorpusError
 from elocute.files.array_file import ArrayFile
 from elocute.files.reading import ANY_BYTES, FileKind
-from elocute.training.corpus_data import check_finite
-from elocute.training.target_space import motion_space
+from elocute.training.corpus_data import check_finite, motion_space
 
 
 def test_gaps_are_filled_by_straight_lines():

@@ -7,10 +7,9 @@ import pytest
 
 from elocute.adoption.characters.open_character import open_character
 from elocute.errors import OutputError
-from elocute.export.fitted_shapes import FittedShapes
 from elocute.export.gltf import glb_bytes
 from elocute.export.options import GlbOptions
-from elocute.export.shape_profiles import target_shapes
+from elocute.export.shape_profiles import FittedShapes, target_shapes
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
 from tests.support.gltf_files import OCULUS

@@ -17,10 +17,9 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
 
 from elocute.animation import animate
-from elocute.export.html import write_html
+from elocute.export.html import viewer_stage, write_html
 from elocute.export.options import HtmlOptions, PictureOptions
 from elocute.export.pictures import open_pictures
-from elocute.export.viewer_stage import viewer_stage
 from tests.support.browser import (
     PATIENCE_S,
     eventually,

@@ -15,9 +15,8 @@ from elocute.errors import OutputError
 from elocute.export.options import VrmaOptions
 from elocute.export.registry import write
 from elocute.export.shape_profiles import Targets, target_shapes
-from elocute.export.vrm import vrm_bytes
+from elocute.export.vrm import standing, vrm_bytes
 from elocute.export.vrm_animation import vrma_bytes
-from elocute.export.vrm_body import standing
 from elocute.head.mesh import head_from_arrays
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.motion.edits import with_gaze, with_pose

@@ -13,8 +13,7 @@ import pytest
 
 from elocute.adoption.characters.open_character import open_character
 from elocute.errors import HeadError, MachineError
-from elocute.meshes.fbx_gltf import read_fbx
-from elocute.meshes.fbx_strings import MAGIC, without_places
+from elocute.meshes.fbx_gltf import MAGIC, read_fbx, without_places
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.registration.scan_file import read_scan
 from tests.support.commands import run_apart

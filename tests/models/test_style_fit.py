@@ -207,7 +207,7 @@ def test_how_far_a_person_moves_is_found_in_the_numbers_of_the_rules(speech_wav:
 
 
 def test_a_trained_model_tells_how_it_errs(learned: Any, tmp_path: Path) -> None:
-    from elocute.training.voca.style_errors import record_style_errors
+    from elocute.training.voca.run import record_style_errors
 
     path = tmp_path / "model.onnx"
     path.write_bytes(Path(learned.model).read_bytes())

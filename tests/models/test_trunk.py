@@ -32,12 +32,12 @@ from elocute.models.feature_extraction import Hearing
 from elocute.models.registry import open_model
 from elocute.models.streaming import CurveStream
 from elocute.motion.mouth_measures import measure_mouth
-from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig
 from recipes.train_trunk import split_talkers
 from recipes.trunk.export import export, scales
 from recipes.trunk.fit import FitSettings, mouth_loss
 from recipes.trunk.mouth_teacher import HeardMouth, Source, hear, teach
 from recipes.trunk.mouths import MouthClip
+from recipes.trunk.network import CONTEXT, Trunk, TrunkConfig
 from recipes.trunk.spectrum import BatchLogMel
 
 torch.set_num_threads(1)

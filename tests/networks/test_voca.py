@@ -9,6 +9,7 @@ pytest.importorskip("torch", reason="needs the extra `train`")
 import torch
 
 from elocute.networks.voca import SharedVoca, Voca, VocaConfig
+from elocute.training.decoder import principal_components, start_decoder
 
 PAPER = VocaConfig(features=29, styles=8, outputs=5023 * 3)
 
@@ -62,10 +63,10 @@ def test_shared_windows_give_the_numbers_of_single_windows(
 
 
 def test_the_decoder_starts_from_components_and_no_bias() -> None:
-    voca = Voca(VocaConfig(29, 8, 30))
-    components = torch.randn(50, 30)
-    voca.start_decoder(components)
-    assert torch.equal(voca.decoder(torch.eye(50)), components)
+    voca = Voca(VocaConfig(29, 8, 30, components=20))
+    targets = torch.randn(200, 30)
+    start_decoder(voca.decoder, targets)
+    assert torch.equal(voca.decoder(torch.eye(20)), principal_components(targets, 20))
 
 
 def test_styles_mix_alike_among_vertices_and_in_the_embedding() -> None:

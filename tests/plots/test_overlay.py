@@ -6,7 +6,7 @@ from PIL import Image
 
 from elocute.errors import OutputError
 from elocute.motion.curves import Curves
-from elocute.plots.overlay import HEIGHT, INKS, SHADE, WIDTH, plot_overlay, plot_panels
+from elocute.plots.curves import HEIGHT, INKS, SHADE, WIDTH, plot_overlay, plot_panels
 
 LOW_AND_HIGH = Curves(
     np.stack([np.full(60, 2.0), np.full(60, 8.0)], axis=1).astype(np.float32), ("low", "high"), 60

@@ -64,7 +64,7 @@ def test_onnxruntime_is_imported_only_where_it_is_told_to_report_nothing():
 @pytest.mark.parametrize(
     "text",
     [
-        "importlib.import_module('elocute.export.notebook')",
+        "importlib.import_module('elocute.export.html')",
         "import_module(name)",
         "import_module(f'elocute.{name}')",
         "import_module(f'elocute.motion.store.{name}')",

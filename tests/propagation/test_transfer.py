@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from elocute.errors import AlignmentError
-from elocute.propagation.transfer import transfer_parameters
+from elocute.propagation.word_job import transfer_parameters
 
 VALUES = np.array([[0, 10], [2, 20], [4, 30], [8, 40]], np.float32)
 

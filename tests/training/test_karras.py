@@ -25,9 +25,8 @@ from elocute.models.protocol import FrameSpan
 from elocute.models.registry import open_model
 from elocute.models.streaming import CurveStream
 from elocute.networks.karras import Karras, KarrasConfig, Noise, SharedKarras
-from elocute.training.karras.export import export_karras
-from elocute.training.karras.fit import TrainedKarras, fit
-from elocute.training.karras.loss import Balance, loss_terms
+from elocute.training.karras.fit import Balance, TrainedKarras, fit, loss_terms
+from elocute.training.karras.run import export_karras
 from elocute.training.karras.settings import KarrasTrainConfig
 from elocute.training.karras.training_data import (
     KarrasTrainingData,

@@ -29,14 +29,14 @@ from elocute.models.feature_extraction import extract_features
 from elocute.models.protocol import FrameSpan, SpeechFeatures
 from elocute.models.streaming import CurveStream
 from elocute.models.voca import VocaModel
-from elocute.training.voca.export import export_voca
 from elocute.training.voca.fit import (
     TrainedVoca,
     fit,
     new_network,
+    pair_loss,
     share_of_batch,
 )
-from elocute.training.voca.loss import pair_loss
+from elocute.training.voca.run import export_voca
 from elocute.training.voca.settings import VocaTrainConfig
 from elocute.training.voca.training_data import VocaTrainingData, prepare
 

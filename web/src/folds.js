@@ -3,7 +3,7 @@
 const ZONES = 16;
 
 export class Folds {
-  // mesh: the part of the head that folds, at rest; stage: as export/viewer_stage.py writes it;
+  // mesh: the part of the head that folds, at rest; stage: as export/html.py writes it;
   // image: of heights.
   constructor(mesh, stage, image) {
     this.mesh = mesh;

@@ -5,7 +5,7 @@ import * as THREE from "three";
 const NO_LIPS = 1e6;
 
 export class Mouth {
-  // mesh: the part of the head that has the lips, or null; stage: as export/viewer_stage.py writes it.
+  // mesh: the part of the head that has the lips, or null; stage: as export/html.py writes it.
   constructor(mesh, stage) {
     this.mesh = mesh;
     this.stage = stage;

@@ -139,7 +139,7 @@ void main() {
 const EYE = "projectionMatrix * viewMatrix * world", KEY = "key_view * world";
 
 export class Shading {
-  // stage: as export/viewer_stage.py writes it.
+  // stage: as export/html.py writes it.
   constructor(stage) {
     this.stage = stage;
     this.blank = new THREE.DataTexture(new Uint8Array([255, 255, 255, 255]), 1, 1);

@@ -6,13 +6,12 @@ characters           heads in glTF files and VRMs that bring shapes of their own
 flame                FLAME: landmarks, eyes and jaw joint are known
 mesh_without_shapes  a file's mesh with materials, on its own vertices
 shapes_in_file       a mesh's own glTF file with the shapes in it
-attached_parts       teeth, tongue, lashes and brows, which move with the skin
-carrying             a head and a face with landmarks in; the head's shapes on that face out
+carrying             a head and a face with landmarks in; the head's shapes on that face out, also
+                     on teeth, tongue, lashes and brows
 registration         the source laid over the face
 shape_transfer       displacements carried over by correspondence; lips and lids meet
-correspondence       the place on one surface that each vertex of another belongs to
-face_lines           the edges of lips and lids, which both faces have
-mesh_paths           ways along the edges of a mesh
+face                 a face, and the place on it that each vertex of another belongs to
+face_lines           the edges of lips and lids, which both faces have, as ways along edges
 """
 
 from __future__ import annotations

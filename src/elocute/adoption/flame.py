@@ -79,8 +79,6 @@ def jaw_opened_as(model: FlameModel, carried: Float64Array) -> Float64Array:
 
     Parameters
     ----------
-    model : FlameModel
-        With FLAME's five joints.
     carried : (vertex, 3) float64
         The opening of another head's jaw on this mesh, m.
 

@@ -1,7 +1,7 @@
 """Lets a mesh without shapes speak on its own vertices.
 
 parts of a file → joined (seams closed, lips left apart) → a head with its materials
-  → 68 landmarks on its vertices → carrying.adopt → attached_parts: teeth, tongue, lashes, brows
+  → 68 landmarks on its vertices → carrying.adopt, with teeth, tongue, lashes and brows
   → a head, or the same file with the shapes in it (shapes_in_file)
 """
 
@@ -15,9 +15,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.adoption.attached_parts import with_attached_parts
-from elocute.adoption.carrying import Adoption, adopt
-from elocute.adoption.mesh_paths import EdgeGraph
+from elocute.adoption.carrying import Adoption, adopt, with_attached_parts
+from elocute.adoption.face_lines import EdgeGraph
 from elocute.adoption.registration import FIT_MM
 from elocute.array_types import Float64Array
 from elocute.capture.scanned_head import detected_landmarks
@@ -29,7 +28,7 @@ from elocute.head.model import HeadModel
 from elocute.head.normals import vertex_normals
 from elocute.head.surface import MOST, Surface
 from elocute.meshes.gltf_document import SUFFIXES as GLTF_SUFFIXES, GltfDocument, read_gltf
-from elocute.meshes.part import MeshPart, picture_bytes
+from elocute.meshes.mesh_file import MeshPart, picture_bytes
 from elocute.meshes.parts import document_parts, read_mesh_parts
 from elocute.numerics.rigid_alignment import similarity_between
 from elocute.registration.landmarks import JAW_LINE, read_landmarks
@@ -220,21 +219,8 @@ def joined(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Vertices that a seam doubled made one, while lips and lids that touch stay two.
 
-    Corners become one where their triangles have an edge in common.
-
-    Parameters
-    ----------
-    points : (vertex, 3)
-        Metres.
-    triangles : (triangle, 3)
-        Corners.
-
-    Returns
-    -------
-    first : (joined,)
-        A vertex for each that is left.
-    place : (vertex,)
-        Which of them each vertex became.
+    Corners (triangle, 3) become one where their triangles have an edge in common. A vertex
+    (joined,) for each that is left, and which of them each vertex (vertex,) became.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components

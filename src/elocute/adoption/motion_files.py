@@ -11,7 +11,7 @@ import numpy as np
 from elocute.adoption.registry import FLAME_SUFFIX, open_speaking_head
 from elocute.array_types import Float32Array
 from elocute.errors import InputError, MotionError
-from elocute.export.curve_files import SUFFIXES, read_curves
+from elocute.export.curve_files import SUFFIXES, joint_turns, read_curves
 from elocute.files.array_reading import npz_names
 from elocute.files.reading import FileKind
 from elocute.head.flame import FlameModel, flame_vertices, load_flame
@@ -22,7 +22,7 @@ from elocute.motion.blendshape_solver import solve_weights
 from elocute.motion.curves import Curves, curves_from_motion, motion_from_curves
 from elocute.motion.motion import Motion, check_reach
 from elocute.motion.store import load_motion
-from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
+from elocute.numerics.quaternions import from_axis_angle, multiply
 
 BLOCK = 300
 """Frames of FLAME's vertices in memory at once."""
@@ -104,12 +104,12 @@ def open_motion(
             check_reach(motion)
         except MotionError as error:
             raise MotionError.about(path, found=str(error)) from error
-        return _told(motion, found.notes)
+        return _with_notes(motion, found.notes)
     motion = load_motion(path)
     if head is None:
         return OpenedMotion(motion)
     chosen = _chosen(head, mesh)
-    return _told(_on(motion, chosen), ())
+    return _with_notes(_on(motion, chosen), ())
 
 
 def holds_flame(path: Path) -> bool:
@@ -129,7 +129,7 @@ def _chosen(head: str | Path | None, mesh: str | None) -> HeadModel:
     return person("mean") if head is None else open_speaking_head(head, mesh)
 
 
-def _told(motion: Motion, notes: tuple[str, ...]) -> OpenedMotion:
+def _with_notes(motion: Motion, notes: tuple[str, ...]) -> OpenedMotion:
     character = motion.head.character
     return OpenedMotion(motion, (*notes, *(character.notes if character else ())))
 
@@ -139,11 +139,8 @@ def _on(motion: Motion, head: HeadModel) -> Motion:
     moved = motion_from_curves(head, curves_from_motion(motion))
     if motion.rotations is None:
         return moved
-    turns = np.tile(no_turn(motion.frame_count)[:, None], (1, len(head.joint_names), 1))
-    for place, name in enumerate(head.joint_names):
-        if name in motion.head.joint_names:
-            turns[:, place] = motion.rotations[:, motion.head.joint_names.index(name)]
-    return replace(moved, rotations=turns.astype(np.float32))
+    turns = dict(zip(motion.head.joint_names, np.moveaxis(motion.rotations, 1, 0), strict=True))
+    return replace(moved, rotations=joint_turns(head, motion.frame_count, turns))
 
 
 def _of_flame(
@@ -170,7 +167,7 @@ def _of_flame(
     carrier = open_speaking_head(flame)
     weights = _weights(load_flame(flame), carrier, parts, fps, progress)
     motion = motion_from_curves(head, Curves(weights, carrier.expression_names, fps))
-    return _told(replace(motion, rotations=_turns(parts["pose"], head)), tuple(notes))
+    return _with_notes(replace(motion, rotations=_turns(parts["pose"], head)), tuple(notes))
 
 
 def _weights(
@@ -204,8 +201,4 @@ def _turns(pose: np.ndarray, head: HeadModel) -> Float32Array | None:
         root = multiply(root, root[:1] * [1, -1, -1, -1])
     if not (np.abs(root[:, 1:]).any() or np.abs(neck[:, 1:]).any()):
         return None
-    turns = np.tile(no_turn(len(pose))[:, None], (1, len(head.joint_names), 1))
-    for name, turn in (("neck", root), ("head", neck)):
-        if name in head.joint_names:
-            turns[:, head.joint_names.index(name)] = turn
-    return turns.astype(np.float32)
+    return joint_turns(head, len(pose), {"neck": root, "head": neck})

@@ -42,21 +42,11 @@ LANDMARK_WEIGHTS = (
 
 @dataclass(frozen=True, eq=False)
 class Guides:
-    """Vertices of the source, and where they belong on the target.
+    """Vertices of the source, and where they belong on the target."""
 
-    Attributes
-    ----------
-    vertices
-        (guide,) of the source.
-    places
-        (guide, 3) m, on the target.
-    weights
-        (guide,) how much each counts.
-    """
-
-    vertices: NDArray[np.intp]
-    places: Float64Array
-    weights: Float64Array
+    vertices: NDArray[np.intp]  # (guide,) of the source
+    places: Float64Array  # (guide, 3) m, on the target
+    weights: Float64Array  # (guide,) how much each counts
 
 
 def guides_between(source: Face, target: Face) -> Guides:
@@ -76,24 +66,11 @@ def guides_between(source: Face, target: Face) -> Guides:
 
 
 def lay_over(source: Face, target: Face) -> tuple[Float64Array, Similarity]:
-    """The source's skin in the shape of the target's.
+    """The source's skin in the shape of the target's face, which is anywhere and of any size.
 
-    Parameters
-    ----------
-    source
-        The head whose shapes shall be carried over.
-    target
-        The other face, anywhere and of any size.
-
-    Returns
-    -------
     Vertices (vertex, 3) m of the source, of which the skin lies on the target and the rest moved
-    along by a similarity, which is returned too.
-
-    Raises
-    ------
-    HeadError
-        Where the landmarks are not those of a face.
+    along by a similarity, which is returned too. Raises HeadError where the landmarks are not those
+    of a face.
     """
     guides = guides_between(source, target)
     similar = similarity_between(source.points[guides.vertices], guides.places, guides.weights)

@@ -15,7 +15,7 @@ from elocute.head.mesh import FILE_MAX_BYTES
 from elocute.head.model import HeadModel
 from elocute.head.registry import open_head
 from elocute.meshes.gltf_document import SUFFIXES as CHARACTER_SUFFIXES, read_gltf
-from elocute.meshes.mesh_file import read_mesh_file
+from elocute.meshes.mesh_file import SUFFIXES as KNOWN_SUFFIXES, read_mesh_file
 
 FLAME_SUFFIX = ".pkl"
 KEPT = 2  # heads that stay in memory, so that a folder of recordings adopts one once
@@ -84,8 +84,6 @@ def _scanned(path: Path) -> HeadModel:
     return open_scanned_head(path).head
 
 
-KNOWN_SUFFIXES = (".obj", ".ply")
-"""Meshes in which the order of vertices may be a known one."""
 _ADOPTED_SUFFIXES = (FLAME_SUFFIX, *KNOWN_SUFFIXES, ".stl", ".npz")
 
 

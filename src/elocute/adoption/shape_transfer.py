@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.adoption.correspondence import Places
-from elocute.adoption.face import Face
+from elocute.adoption.face import Face, Places
 from elocute.array_types import Float64Array
 from elocute.numerics.rigid_alignment import Similarity, nearest_rotation
 from elocute.numerics.sparse_factor import factor_of
@@ -36,24 +35,13 @@ SIDES = ("right", "left")
 
 @dataclass(frozen=True, eq=False)
 class Ties:
-    """Pairs of places on a face that meet: one vertex, and a place on the line opposite.
+    """Pairs of places on a face that meet: one vertex, and a place on the line opposite."""
 
-    Attributes
-    ----------
-    vertices
-        (pair, 3): the vertex, then the two vertices between which its opposite lies.
-    mixes
-        (pair, 3): 1, then minus their weights.
-    shares
-        (pair,) where along the line.
-    upward
-        (pair,) 1 where the vertex is on the upper line, -1 on the lower one.
-    """
-
+    # (pair, 3) the vertex, then the two vertices between which its opposite lies
     vertices: NDArray[np.intp]
-    mixes: Float64Array
-    shares: Float64Array
-    upward: Float64Array
+    mixes: Float64Array  # (pair, 3) 1, then minus their weights
+    shares: Float64Array  # (pair,) where along the line
+    upward: Float64Array  # (pair,) 1 where the vertex is on the upper line, -1 on the lower one
 
     def apart(self, values: Float64Array) -> Float64Array:
         """(..., pair, 3): how far upper places are from lower ones, of vectors (..., vertex, 3)."""
@@ -90,21 +78,11 @@ def apart_on(
 
 @dataclass(frozen=True, eq=False)
 class Transfer:
-    """Everything between two faces that all shapes share.
-
-    Attributes
-    ----------
-    source, target
-        The two faces.
-    laid
-        (vertex, 3) m of the source, laid over the target.
-    similar
-        The similarity underneath.
-    """
+    """Everything between two faces that all shapes share."""
 
     source: Face
     target: Face
-    laid: Float64Array
+    laid: Float64Array  # (vertex, 3) m of the source, laid over the target
     similar: Similarity
 
     @cached_property
@@ -179,18 +157,9 @@ class Transfer:
         return np.einsum("qc,sqca->sqa", places.bary, turned[:, places.corners])
 
     def smoothed(self, wanted: Float64Array, apart: Float64Array) -> Float64Array:
-        """The smooth field nearest to displacements, with pairs as far apart as given.
+        """The smooth field (shape, free, 3) m nearest to displacements `wanted` (shape, free, 3) m.
 
-        Parameters
-        ----------
-        wanted
-            (shape, free, 3) m.
-        apart
-            (shape, pair, 3) m: what is added between the two sides of `all_ties`.
-
-        Returns
-        -------
-        (shape, free, 3) m.
+        apart: (shape, pair, 3) m that is added between the two sides of `all_ties`.
         """
         side = self._weights[:, None] * wanted + TIE_AREA_M2 * np.stack(
             [self._tie_rows.T @ rows for rows in apart]

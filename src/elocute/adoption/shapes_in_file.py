@@ -16,12 +16,10 @@ from elocute.adoption.mesh_without_shapes import MeshAdoption
 from elocute.array_types import Float64Array
 from elocute.errors import HeadError
 from elocute.head.normals import morphed_normals
-from elocute.meshes.draco_gltf import has_draco
-from elocute.meshes.gltf_additions import GltfAdditions
-from elocute.meshes.gltf_arrays import GltfArrays
+from elocute.meshes.gltf_additions import GltfAdditions, with_value
+from elocute.meshes.gltf_arrays import GltfArrays, has_draco
 from elocute.meshes.gltf_document import GltfDocument
-from elocute.meshes.json_splices import with_value
-from elocute.meshes.part import MeshPart, PartOrigin
+from elocute.meshes.mesh_file import MeshPart, PartOrigin
 from elocute.motion.curves import ARKIT_NAMES
 
 STILL_M = 1e-6
@@ -33,20 +31,11 @@ FLAT = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class _Move:
-    """What becomes of one primitive's vertices, in its own space.
-
-    Attributes
-    ----------
-    origin : PartOrigin
-        Which vertices.
-    closing : (vertex, 3) float64
-        What brings its lips together.
-    shapes, turns : (52, vertex, 3) float64
-        Displacements, and changes of the unit normals; zero where there are none.
-    """
+    """What becomes of one primitive's vertices, in its own space."""
 
     origin: PartOrigin
-    closing: Float64Array
+    closing: Float64Array  # (vertex, 3) what brings its lips together
+    # (52, vertex, 3) displacements, and changes of the unit normals; zero where there are none
     shapes: Float64Array
     turns: Float64Array
 

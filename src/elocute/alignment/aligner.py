@@ -23,10 +23,17 @@ from elocute.alignment.alignment import (
     check_views,
 )
 from elocute.alignment.cca import LinearProjection, overall_correlation
-from elocute.alignment.dtw import CostMatrix, dtw, squared_distances
+from elocute.alignment.dtw import (
+    CostMatrix,
+    attention_path,
+    dtw,
+    expected_path,
+    merge_paths,
+    soft_dtw,
+    soft_path,
+    squared_distances,
+)
 from elocute.alignment.settings import AlignConfig, DtwConfig, DtwPathConfig, SoftDtwConfig
-from elocute.alignment.soft_dtw import soft_dtw, soft_path
-from elocute.alignment.warping_paths import attention_path, expected_path, merge_paths
 from elocute.array_types import Float32Array
 from elocute.errors import AlignmentError
 from elocute.one_line_repr import one_line
@@ -36,12 +43,8 @@ from elocute.one_line_repr import one_line
 class ViewFeatures:
     """What a method makes of a view (frame, feature).
 
-    Parameters
-    ----------
-    compared : (frame, dimension)
-        What costs and score are computed from.
-    hidden : (frame, unit), optional
-        What attention looks at; None for a method without attention.
+    compared: (frame, dimension), what costs and score are computed from. hidden: (frame, unit),
+    what attention looks at; None for a method without attention.
     """
 
     compared: Float32Array
@@ -145,17 +148,17 @@ class Aligner:
 
     def _aligned(self, views: tuple[ViewFeatures, ...]) -> Alignment:
         if len(views) == 2:
-            found = self.find_path(self.pair_cost(*views))
+            pair = self.find_path(self.pair_cost(*views))
             if self.attend is not None:
-                found = replace(found, attention=self.attend(*views))
+                pair = replace(pair, attention=self.attend(*views))
         elif self.config.open_source:
             raise AlignmentError.about("open ends", found=f"{len(views)} views", allowed="two")
         else:
-            found = PairPath(self._path_of_many(views))
+            pair = PairPath(self._path_of_many(views))
         compared = tuple(view.compared for view in views)
         whole = not self.config.open_source
-        score = path_score(compared, found.path)
-        return Alignment(compared, found.path, score, found.attention, whole, found.posterior)
+        score = path_score(compared, pair.path)
+        return Alignment(compared, pair.path, score, pair.attention, whole, pair.posterior)
 
     def _path_of_many(self, views: tuple[ViewFeatures, ...]) -> WarpingPath:
         lengths = [len(view.compared) for view in views]
@@ -170,19 +173,19 @@ class Aligner:
         return columns[:, np.argsort([*others, middle])]
 
     def _attention_of_all(self, views: tuple[ViewFeatures, ...]) -> AllAttention:
-        found: AllAttention = {}
+        by_pair: AllAttention = {}
         for i, j in permutations(range(len(views)), 2):
             attention = self.find_path(self.pair_cost(views[i], views[j])).attention
             assert attention is not None
-            found[i, j] = attention
-        return found
+            by_pair[i, j] = attention
+        return by_pair
 
     def _check_widths(self, views: Views) -> None:
-        found = tuple(view.shape[1] for view in views)
+        widths = tuple(view.shape[1] for view in views)
         known = self.widths
-        if known is not None and found[: len(known)] != known[: len(found)]:
+        if known is not None and widths[: len(known)] != known[: len(widths)]:
             raise AlignmentError.about(
-                "views", found=f"{found} features", allowed=f"{known}, as fitted to"
+                "views", found=f"{widths} features", allowed=f"{known}, as fitted to"
             )
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from elocute.alignment.aligner import Aligner, dtw_aligner, projected_aligner
 from elocute.alignment.alignment import Views, WarpingPath
 from elocute.alignment.cca import LinearProjection, canonical_projections, principal_projection
+from elocute.alignment.dtw import diagonal_path
 from elocute.alignment.settings import CtwConfig, DtwConfig
-from elocute.alignment.warping_paths import diagonal_path
 from elocute.errors import AlignmentError
 
 
@@ -32,8 +32,8 @@ def fit_projections(groups: Sequence[Views], config: CtwConfig) -> list[LinearPr
     paths = initial_paths(groups, config)
     projections = basis
     for _ in range(config.rounds):
-        found = canonical_along_paths(reduced, paths, config.dimensions, config.ridge, shared)
-        projections = [one.then(other) for one, other in zip(basis, found, strict=True)]
+        canonical = canonical_along_paths(reduced, paths, config.dimensions, config.ridge, shared)
+        projections = [one.then(other) for one, other in zip(basis, canonical, strict=True)]
         aligner = projected_aligner(config, projections, widths)
         before, paths = paths, [each.path for each in aligner.align_all(groups)]
         if all(np.array_equal(a, b) for a, b in zip(before, paths, strict=True)):

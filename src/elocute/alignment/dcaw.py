@@ -43,10 +43,9 @@ from elocute.alignment.alignment import Views
 from elocute.alignment.cca import LinearProjection, canonical_projections
 from elocute.alignment.ctw import is_shared, view_bases
 from elocute.alignment.deep_fitting import ClipTensors, NuclearNorm, encode_view, on_one_thread
-from elocute.alignment.dtw import CostMatrix, dtw, squared_distances
+from elocute.alignment.dtw import CostMatrix, attention_path, dtw, squared_distances
 from elocute.alignment.path_lattice import marginals_slope, path_marginals
 from elocute.alignment.settings import DcawConfig
-from elocute.alignment.warping_paths import attention_path
 from elocute.array_types import Float32Array
 from elocute.errors import AlignmentError
 from elocute.networks.dcaw import (
@@ -290,8 +289,8 @@ def fold(
                     if place == 0:
                         sides[last].append(target)
     views = [np.concatenate(side) for side in sides.values() if side]
-    found = canonical_projections(views, views[0].shape[1], config.ridge)
-    for encoder, projection in zip(network.encoders, found, strict=False):
+    projections = canonical_projections(views, views[0].shape[1], config.ridge)
+    for encoder, projection in zip(network.encoders, projections, strict=False):
         encoder.fold(*_tensors(projection))  # pyright: ignore[reportCallIssue]
 
 

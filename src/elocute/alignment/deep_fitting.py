@@ -1,4 +1,4 @@
-"""What deep methods share: clips as tensors, the objective, and for two the start from CTW."""
+"""What deep methods share: clips as tensors, the objective, the start from CTW; and DCTW."""
 
 from __future__ import annotations
 
@@ -20,10 +20,9 @@ from elocute.alignment.aligner import (
     projected_aligner,
 )
 from elocute.alignment.alignment import Views, WarpingPath
-from elocute.alignment.cca import LinearProjection
-from elocute.alignment.correlation_objective import RIDGE, whiten_pair
-from elocute.alignment.ctw import canonical_along_paths, fit_projections
-from elocute.alignment.settings import CtwConfig, DeepConfig
+from elocute.alignment.cca import RIDGE, LinearProjection, whiten_pair
+from elocute.alignment.ctw import canonical_along_paths, fit_projections, is_shared
+from elocute.alignment.settings import CtwConfig, DctwConfig, DeepConfig
 from elocute.array_types import Float32Array
 from elocute.networks.dcaw import DcawNetwork, EncoderConfig
 
@@ -199,3 +198,42 @@ def fit_output_projections(
 def draw_pairs(count: int, wanted: int, rng: np.random.Generator) -> list[int]:
     """Numbers of the pairs that a step learns from, in order."""
     return sorted(rng.choice(count, min(wanted, count), replace=False).tolist())
+
+
+@on_one_thread
+def fit_dctw(
+    groups: Sequence[Views],
+    config: DctwConfig,
+    seed: int,
+    done: Callable[[float], None] | None = None,
+) -> Aligner:
+    """Steps of gradient ascent on the correlation along paths, then paths by DTW, and again.
+
+    `done` is called with the share of the steps that is done.
+    """
+    widths = tuple(view.shape[1] for view in groups[0])
+    shared = is_shared(config.shared, widths)
+    network, linear = initialise(groups, config, shared, seed)
+    clips, rng = ClipTensors(groups, shared), np.random.default_rng(seed)
+    optimiser, aligner = make_optimiser(network, config), linear
+    for turn in range(config.rounds):
+        paths = [each.path for each in aligner.align_all(groups)]
+        network.train()
+        first_step = config.steps * turn // config.rounds
+        for step in range(first_step, config.steps * (turn + 1) // config.rounds):
+            encoded = clips.encode(network)
+            first, second = [], []
+            for number in draw_pairs(len(clips.pairs), config.pairs, rng):
+                i, source, j, target, group = clips.pairs[number]
+                one, other = encoded[0 if shared else i], encoded[0 if shared else j]
+                first.append(one[source][torch.from_numpy(paths[group][:, i].copy())])
+                second.append(other[target][torch.from_numpy(paths[group][:, j].copy())])
+            norm = NuclearNorm.apply(torch.cat(first), torch.cat(second), config.ridge)
+            optimiser.zero_grad()
+            (-norm).backward()  # pyright: ignore
+            optimiser.step()
+            if done:
+                done((step + 1) / config.steps)
+        projections = fit_output_projections(network, config, groups, paths, shared)
+        aligner = network_aligner(config, network, projections, widths)
+    return aligner

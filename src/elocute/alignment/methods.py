@@ -52,7 +52,9 @@ METHODS: dict[str, Method] = {
     "ctw": Method(CtwConfig, lambda groups, config, _s, _d: fit_ctw(groups, config), True),
     "dctw": Method(
         DctwConfig,
-        lambda groups, config, seed, done: _deep("dctw", "fit_dctw")(groups, config, seed, done),
+        lambda groups, config, seed, done: _deep("deep_fitting", "fit_dctw")(
+            groups, config, seed, done
+        ),
         True,
     ),
     "cca-soft": Method(

@@ -95,10 +95,10 @@ def _one(energies, direction, open_source, slope, out):
                 passed[k, m] += here * came[i, j, way]
                 if slope:
                     passed_change[k, m] += moved * came[i, j, way] + here * came_change[i, j, way]
-    found = passed_change if slope else passed
+    result = passed_change if slope else passed
     for i in range(rows):
         for j in range(columns):
-            out[i, j] = found[i + 1, j + 1]
+            out[i, j] = result[i + 1, j + 1]
 
 
 @njit(cache=True)

@@ -49,13 +49,13 @@ class PathSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class NetworkSettings:
-    """What the deep methods that start from CTW train; part of their settings.
+    """What the deep methods train; part of their settings.
 
-    Adam's learning rate is ten times that of the paper, as a word has few steps to learn in; its
-    betas are the paper's (section 6.1).
+    Adam's learning rate is ten times that of the paper and more, as a word has few steps to learn
+    in; its betas are the paper's (section 6.1).
     """
 
-    dimensions: int = setting(10, low=1, help="How many canonical dimensions are compared.")
+    dimensions: int = setting(10, low=1, help="Number of canonical dimensions that are compared.")
     filters: int = setting(32, low=1, help="Filters of the convolutions.")
     units: int = setting(16, low=1, help="Units of the recurrent layers.")
     steps: int = setting(40, low=0, help="Steps of gradient descent.")
@@ -89,12 +89,12 @@ class SoftDtwConfig(AlignConfig):
 class CtwConfig(PathSettings, AlignConfig):
     """Settings of canonical time warping."""
 
-    dimensions: int = setting(10, low=1, help="How many canonical dimensions are compared.")
+    dimensions: int = setting(10, low=1, help="Number of canonical dimensions that are compared.")
     energy: float = setting(
         0.95, above=0, high=1, help="Share of the variance that is kept before CCA."
     )
     ridge: float = setting(0.05, above=0, help="Regularisation of the covariances.")
-    rounds: int = setting(10, low=1, help="Most iterations of paths and projections.")
+    rounds: int = setting(10, low=1, help="Largest number of iterations of paths and projections.")
     shared: bool | None = setting(
         None, help="One projection for all views; none: where their feature counts are equal."
     )
@@ -148,19 +148,17 @@ ATTENTIONS = ("learned", "fixed", "sampled", "path", "diagonal", "uniform")
 
 @described
 @dataclass(frozen=True, kw_only=True)
-class DcawConfig(AlignConfig):
+class DcawConfig(NetworkSettings, AlignConfig):
     """Settings of deep canonical attentional warping.
 
     Chosen on words and voices that no reported number comes from (docs/measurements/alignment.md).
     Values of `attention` other than the first are there to measure what the attention is worth.
     """
 
-    dimensions: int = setting(14, low=1, help="How many canonical dimensions are compared.")
+    dimensions: int = setting(14, low=1, help="Number of canonical dimensions that are compared.")
     energy: float = setting(
         0.98, above=0, high=1, help="Share of the variance in the principal components to begin at."
     )
-    filters: int = setting(32, low=1, help="Filters of the convolutions.")
-    units: int = setting(16, low=1, help="Units of the recurrent layers.")
     windows: bool = setting(
         False, help="Views are windows of 41 x 128 x 3, seen by the paper's network (section 5)."
     )
@@ -170,18 +168,13 @@ class DcawConfig(AlignConfig):
     attention_rate: float = setting(
         0.1, low=0, help="Learning rate of the attention, as a share of the encoders'."
     )
-    weight_decay: float = setting(1e-3, low=0, help="Weight decay of Adam.")
-    ridge: float = setting(0.05, above=0, help="Regularisation of the covariances.")
     folds: int = setting(
-        4, low=0, help="How often outputs become canonical variates before the first step."
+        4, low=0, help="Whitenings of the outputs to canonical variates before the first step."
     )
-    fold_every: int = setting(25, low=1, help="Steps after which they do again.")
-    shared: bool | None = setting(
-        None, help="One network for all views; none: where their feature counts are equal."
-    )
+    fold_every: int = setting(25, low=1, help="Steps between two whitenings of the outputs.")
     mutual: bool = setting(
         True,
-        help="Source frames choose among target frames as these do among them; no: Eq. 2 alone.",
+        help="Attend in both directions; off uses Eq. 2 alone.",
     )
     attention: str = setting(
         "learned",

@@ -4,8 +4,7 @@ Scans, in the order in which a recording goes through them:
 
 scans               files of scans and landmarks; a landmark detector for scans without them
 registration        the head's topology laid onto one scan
-sequence_tracking   frame after frame, each from the one before
-registered_frames   those frames on disk, so that an interrupted sequence resumes
+sequence_tracking   frame after frame, each from the one before, on disk to be resumed
 motion_cleaning     neck, ears and eyes of the registered motion
 sequence_report     an HTML page per sequence: errors, worst frames, flagged frames
 scans_to_corpus     all of it in one call: folders of scans to a corpus
@@ -37,16 +36,7 @@ if TYPE_CHECKING:
     )
     from elocute.capture.scans_to_corpus import capture_scans as capture_scans
     from elocute.capture.sequence_tracking import SequenceResult as SequenceResult
-    from elocute.capture.settings import (
-        BatchSettings as BatchSettings,
-        FaceRichness as FaceRichness,
-        Scanner as Scanner,
-    )
-    from elocute.capture.simulation.rich_faces.rich_face import (
-        RichFace as RichFace,
-        RichTake as RichTake,
-        take_from_sound as take_from_sound,
-    )
+    from elocute.capture.settings import BatchSettings as BatchSettings, Scanner as Scanner
     from elocute.capture.simulation.scan_simulator import simulate_scans as simulate_scans
     from elocute.capture.video_to_corpus import write_video_corpus as write_video_corpus
     from elocute.registration.landmarks import (

@@ -41,25 +41,14 @@ def smoothing_weights(head: HeadModel) -> Float64Array:
 def clean_motion(
     head: HeadModel, frames: NDArray[np.floating], fps: float, *, eyes_s: float = EYES_S
 ) -> NDArray[np.float32]:
-    """Registered motion with neck and ears fixed and the eyes smoothed (VOCA 2019, section 6).
+    """(frame, vertex, 3) m with neck and ears fixed and the eyes smoothed (VOCA 2019, section 6).
 
-    Parameters
-    ----------
-    head
-        Its template is the person's neutral face.
-    frames
-        (frame, vertex, 3) m in zero pose.
-    fps
-        Frames per second.
-    eyes_s
-        Standard deviation of the smoothing around the eyes, seconds; 0 for none.
-
-    Returns
-    -------
-    (frame, vertex, 3) m. Vertices around the mouth are bit for bit as given.
+    head: its template is the person's neutral face. frames: (frame, vertex, 3) m in zero pose;
+    vertices around the mouth stay bit for bit as given. eyes_s: standard deviation of the
+    smoothing, s; 0 for none.
     """
-    given = np.asarray(frames, np.float32)
-    return np.stack(list(clean_frames(head, lambda: iter(given), fps, eyes_s=eyes_s)))
+    registered = np.asarray(frames, np.float32)
+    return np.stack(list(clean_frames(head, lambda: iter(registered), fps, eyes_s=eyes_s)))
 
 
 def clean_frames(

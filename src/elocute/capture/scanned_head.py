@@ -1,4 +1,4 @@
-"""A head that speaks, from one scan of a person at rest: its shape, its colours, lips that seal.
+"""Makes a head that speaks of one scan of a person at rest: shape, colours, lips that seal.
 
 The built-in head is registered to the scan; what moves it stays the built-in head's shapes. Lips
 are joined as the built-in head's are, and the colours of the scan are baked into the picture of
@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
-from elocute.capture.found_landmarks import find_landmarks
 from elocute.capture.scans import landmark_detection
+from elocute.capture.scans.landmark_detection import find_landmarks
 from elocute.corpus.length_units import fitting_unit, is_head_sized, longest_side
 from elocute.errors import CaptureError, MachineError
 from elocute.head.builtin import load_builtin_head
@@ -40,14 +40,9 @@ FADE_PX = 10.0
 
 @dataclass(frozen=True, eq=False)
 class ScannedHead:
-    """The head of a person, and how well it lies on the scan.
+    """The head of a person, in metres, and how well it lies on the scan.
 
-    Parameters
-    ----------
-    head : HeadModel
-        In metres, with the built-in head's shapes and joints; without identities.
-    registration : Registration
-        Of the scan.
+    It has the built-in head's shapes and joints, and no identities.
     """
 
     head: HeadModel
@@ -57,26 +52,12 @@ class ScannedHead:
 def open_scanned_head(
     path: str | Path, landmarks: str | Path | None = None, unit: str | None = None
 ) -> ScannedHead:
-    """Make a head that speaks of a scan's file.
+    """Make a head that speaks of a scan's file, as `elocute.capture.read_scan` takes it.
 
-    Parameters
-    ----------
-    path : str or Path
-        A scan (.ply or .obj), as `elocute.capture.read_scan` takes it.
-    landmarks : str or Path, optional
-        The scan's 68 landmarks in its unit. Without them they are detected, if the extra `video`
-        is installed, or else the surface alone tells.
-    unit : str, optional
-        m, mm, cm, dm or inch; by default the one in which the scan has the size of a head.
-
-    Returns
-    -------
-    ScannedHead
-
-    Raises
-    ------
-    CaptureError
-        As `scanned_head`; for a file that is no scan, and of no size of a head.
+    landmarks: the scan's 68 landmarks in its unit. Without them they are detected, if the extra
+    `video` is installed; otherwise only the surface is used. unit: m, mm, cm, dm or inch; by
+    default the one in which the scan has the size of a head. Raises CaptureError as `scanned_head`;
+    for a file that is no scan, and of no size of a head.
     """
     scan = _scan_in_unit(Path(path), unit)
     if landmarks is not None:
@@ -106,37 +87,24 @@ def detected_landmarks(head: HeadModel, scan: Scan) -> Landmarks:
     """Landmarks of a scan in metres as a detector sees them; none where there is no detector."""
     try:
         with landmark_detection.mediapipe_landmarks() as detector:
-            found = find_landmarks(head, scan, detector)
+            landmarks = find_landmarks(head, scan, detector)
     except MachineError:
         return no_landmarks()
-    return found if found.enough else no_landmarks()
+    return landmarks if landmarks.enough else no_landmarks()
 
 
 def scanned_head(scan: Scan, landmarks: Landmarks) -> ScannedHead:
-    """Make a head that speaks of a scan.
+    """Make a head that speaks of a scan in metres of a person at rest, lips shut or a little apart.
 
-    Parameters
-    ----------
-    scan : Scan
-        A person at rest, in metres; lips shut or a little apart.
-    landmarks : Landmarks
-        The scan's 68 landmarks; with too few good ones the face is searched for.
-
-    Returns
-    -------
-    ScannedHead
-
-    Raises
-    ------
-    CaptureError
-        For a scan without a face, and one on which the face is lost.
+    With too few good landmarks the face is searched for. Raises CaptureError for a scan without a
+    face, and one on which the face is lost.
     """
     builtin = load_builtin_head()
-    own, found = register_neutral(builtin, scan, landmarks)
-    if found.lost:
+    own, registration = register_neutral(builtin, scan, landmarks)
+    if registration.lost:
         raise CaptureError.about(
             scan.name,
-            found=f"a face that was lost ({found.lost})",
+            found=f"a face that was lost ({registration.lost})",
             allowed="a scan of a whole face at rest",
             remedy="give its landmarks",
         )
@@ -154,10 +122,10 @@ def scanned_head(scan: Scan, landmarks: Landmarks) -> ScannedHead:
     bare = Look(hair="none", clothes="none", brows="none", lashes=0.0)
     plain = dress(person, bare, finer=False)
     if scan.colors is None:
-        return ScannedHead(plain, found)
-    seen = baked_colors(plain, found.vertices[: plain.vertex_count], scan)
+        return ScannedHead(plain, registration)
+    seen = baked_colors(plain, registration.vertices[: plain.vertex_count], scan)
     skin = replace(plain.surfaces["skin"], color=seen)
-    return ScannedHead(replace(plain, surfaces={**plain.surfaces, "skin": skin}), found)
+    return ScannedHead(replace(plain, surfaces={**plain.surfaces, "skin": skin}), registration)
 
 
 def joined_lips(head: HeadModel, points: Float64Array) -> Float64Array:
@@ -185,18 +153,8 @@ def joined_lips(head: HeadModel, points: Float64Array) -> Float64Array:
 def baked_colors(head: HeadModel, points: Float64Array, scan: Scan) -> bytes:
     """The picture of the skin (PNG) in the colours of a scan.
 
-    Parameters
-    ----------
-    head : HeadModel
-        Dressed; its own picture of the skin stays where the scan shows nothing.
-    points : (vertex, 3)
-        Its vertices where the scan was, m.
-    scan : Scan
-        With colours.
-
-    Returns
-    -------
-    bytes
+    head: dressed; its own picture of the skin stays where the scan shows nothing. points: (vertex,
+    3) m, its vertices where the scan was.
     """
     from PIL import Image
     from scipy.ndimage import distance_transform_edt, gaussian_filter

@@ -1,4 +1,4 @@
-"""Folders of scan sequences to a corpus: resumable, in parallel, one bad frame never fatal.
+"""Turns folders of scan sequences into a corpus: resumable, in parallel, one bad frame never fatal.
 
 OUTPUT/subjects/NAME.npz               a person's neutral face and joints
 OUTPUT/sequences/SUBJECT.SENTENCE/     frames/000000.npz …, frames.json, motion.npy
@@ -140,8 +140,10 @@ def _opened(
             failed.append(SequenceResult(folder.name, str(error)))
             continue
         if sequence.name in opened:
-            told = f"{folder}: another sequence {sequence.name}, as {opened[sequence.name].folder}"
-            failed.append(SequenceResult(folder.name, told))
+            reason = (
+                f"{folder}: another sequence {sequence.name}, as {opened[sequence.name].folder}"
+            )
+            failed.append(SequenceResult(folder.name, reason))
             continue
         opened[sequence.name] = sequence
     return list(opened.values()), failed
@@ -203,12 +205,12 @@ def _registered_neutral(head: HeadModel, sequence: ScanSequence, method: str) ->
         try:
             landmarks = sequence.landmarks(number)
             scan = sequence.scan(number)
-            own, found = register_neutral(head, scan, landmarks, method=method)
-            if not found.lost:
+            own, registration = register_neutral(head, scan, landmarks, method=method)
+            if not registration.lost:
                 return own.head
             raise CaptureError.about(
                 sequence.file(number),
-                found=f"no neutral face: {found.lost}",
+                found=f"no neutral face: {registration.lost}",
                 allowed="a scan of a resting face",
                 remedy=f'name one: "neutral" in {sequence.folder}',
             )
@@ -361,8 +363,8 @@ def _check_corpus_place(output: Path) -> None:
     manifest, place = output / CORPUS / "corpus.json", output / MADE
     if not os.path.lexists(output / CORPUS):
         return
-    made = place.read_text(encoding="utf-8", errors="replace") if place.is_file() else ""
-    if not manifest.is_file() or made.strip() != file_sha256(manifest, CorpusError):
+    digest = place.read_text(encoding="utf-8", errors="replace") if place.is_file() else ""
+    if not manifest.is_file() or digest.strip() != file_sha256(manifest, CorpusError):
         raise OutputError.about(
             output / CORPUS,
             found="a folder that capture did not make, or that was changed since",

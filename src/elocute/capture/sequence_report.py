@@ -12,8 +12,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registered_frames import FrameRecord, read_pose, read_zero
-from elocute.capture.sequence_tracking import SequenceResult, TrackedSequence
+from elocute.capture.sequence_tracking import (
+    FrameRecord,
+    SequenceResult,
+    TrackedSequence,
+    read_pose,
+    read_zero,
+)
 from elocute.errors import CaptureError, MachineError
 from elocute.files.atomic import write_atomically
 from elocute.head.mesh import head_from_arrays
@@ -137,12 +142,12 @@ def _figure(track: TrackedSequence, record: FrameRecord) -> str:
         pictures = _frame_pictures(track, record)
     except (CaptureError, MachineError) as error:
         return f"<p>{record.number}: {html.escape(str(error))}</p>"
-    told = f"{record.number}: {record.flag or 'registered'}"
+    caption = f"{record.number}: {record.flag or 'registered'}"
     if record.surface is not None:
-        told += f"; {record.surface.median:.3f} mm median, {record.surface.p95:.3f} mm at 95 %"
+        caption += f"; {record.surface.median:.3f} mm median, {record.surface.p95:.3f} mm at 95 %"
     return (
         f'<figure><img alt="frame {record.number}" src="{_embedded(pictures)}">'
-        f"<figcaption>{html.escape(told)}</figcaption></figure>"
+        f"<figcaption>{html.escape(caption)}</figcaption></figure>"
     )
 
 
@@ -165,14 +170,14 @@ def _frame_pictures(track: TrackedSequence, record: FrameRecord) -> list[RgbImag
     zero = read_zero(track.path(record.number)).astype(np.float64)
     camera = portrait(track.head)
     level = replace(scan, points=_levelled(track.head, scan.points, pose))
-    found = _levelled(track.head, apply_pose(track.head, zero, pose), pose)
-    pictures = [_portrait_of_scan(level, camera), _picture(track.head, found, camera)]
+    registered = _levelled(track.head, apply_pose(track.head, zero, pose), pose)
+    pictures = [_portrait_of_scan(level, camera), _picture(track.head, registered, camera)]
     try:
         landmarks = track.sequence.landmarks(record.number)
     except CaptureError:
         return pictures
     places = _levelled(track.head, landmarks.points, pose)
-    marks = found[track.head.landmarks] if len(track.head.landmarks) else places
+    marks = registered[track.head.landmarks] if len(track.head.landmarks) else places
     _draw_points(pictures[0], camera, Landmarks(places, landmarks.confidence).points)
     _draw_points(pictures[1], camera, marks)
     return pictures

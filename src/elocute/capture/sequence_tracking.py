@@ -1,35 +1,163 @@
-"""A sequence registered frame by frame: bad frames are flagged and interpolated, never fatal."""
+"""Registers a sequence frame by frame: bad frames are flagged and interpolated, never fatal.
+
+Each frame is a file, so that a sequence of thousands can be resumed.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import json
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.capture.registered_frames import (
-    FrameRecord,
-    read_frame_record,
-    read_registration,
-    read_zero,
-    write_frame,
-)
 from elocute.capture.scans.scan_sequence import ScanSequence
 from elocute.capture.settings import BatchSettings
-from elocute.errors import ElocuteError
+from elocute.errors import CaptureError, ElocuteError, InputError
+from elocute.files.array_reading import read_npz
+from elocute.files.array_writing import write_npz
+from elocute.files.json_records import finite_number, parse_json
+from elocute.files.reading import FileKind
 from elocute.head.model import HeadModel
+from elocute.registration.accuracy import SurfaceError
 from elocute.registration.landmarks import no_landmarks
+from elocute.registration.model_fit import ModelParameters
 from elocute.registration.register import (
     Registration,
     register_nonrigid,
     register_scan,
 )
 from elocute.registration.template import Template
+from elocute.registration.zero_pose import HeadPose
+
+VERSION = 1
+ALLOWED = "a registered frame (.npz)"
+FRAME_FILE = FileKind(ALLOWED, 500_000_000, CaptureError)
+ARRAYS = {"zero": 2, "offsets": 2, "identity": 1, "expression": 1, "translation": 1, "turns": 2}
+"""Arrays of a good frame, and how many axes each has."""
+
+
+@dataclass(frozen=True)
+class FrameRecord:
+    """How the registration of a frame went.
+
+    flag: why the frame is not used, or "" for a good one. surface: distance of the scan from the
+    surface. landmark_mm: mean distance from the landmarks, of which so many were good. seconds:
+    processor time. notes: what had to be removed from the scan.
+    """
+
+    number: int
+    flag: str
+    surface: SurfaceError | None = None
+    landmark_mm: float | None = None
+    landmarks: int = 0
+    seconds: float = 0.0
+    notes: tuple[str, ...] = ()
+
+
+def write_frame(path: Path, key: str, record: FrameRecord, found: Registration | None) -> None:
+    """One .npz; key says which template and settings it belongs to. Raises OutputError."""
+    texts = {"version": VERSION, "key": key, **asdict(record)}
+    arrays: dict[str, NDArray[Any]] = {
+        "record": np.frombuffer(json.dumps(texts).encode(), np.uint8)
+    }
+    if found is not None:
+        arrays |= {
+            "zero": found.zero.astype(np.float32),
+            "offsets": found.offsets.astype(np.float32),
+            "identity": found.parameters.identity,
+            "expression": found.parameters.expression,
+            "translation": found.parameters.pose.translation,
+            "turns": found.parameters.pose.turns,
+        }
+    write_npz(path, arrays)
+
+
+def read_frame_record(path: Path, key: str) -> FrameRecord | None:
+    """The record of a frame; None for no file, a broken one, or one made with another key."""
+    try:
+        stored = _read(path)
+        texts = parse_json(stored["record"].tobytes(), path, allowed=ALLOWED, error=CaptureError)
+        if texts.pop("version") != VERSION or texts.pop("key") != key:
+            return None
+        surface = texts["surface"]
+        record = FrameRecord(**texts)
+        record = replace(
+            record,
+            notes=tuple(map(str, record.notes)),
+            surface=None if surface is None else SurfaceError(**surface),
+        )
+        if not _is_sound(record):
+            return None
+        if not record.flag:
+            _good(path, stored)
+        return record
+    except (InputError, KeyError, TypeError, AttributeError):
+        return None
+
+
+def read_zero(path: Path) -> NDArray[np.float32]:
+    """(vertex, 3) m in zero pose, of a frame that was registered. Raises CaptureError."""
+    return _good(path, _read(path))["zero"]
+
+
+def read_pose(path: Path) -> HeadPose:
+    """Where the head stood in a frame that was registered. Raises CaptureError."""
+    stored = _good(path, _read(path))
+    return HeadPose(stored["translation"], stored["turns"])
+
+
+def read_registration(path: Path, record: FrameRecord) -> Registration | None:
+    """A good frame as the start of the next one; None for a flagged one. Raises CaptureError."""
+    if record.flag or record.surface is None:
+        return None
+    stored = _good(path, _read(path))
+    parameters = ModelParameters(
+        stored["identity"], stored["expression"], HeadPose(stored["translation"], stored["turns"])
+    )
+    zero, added = stored["zero"].astype(np.float64), stored["offsets"].astype(np.float64)
+    # Vertices as posed are not kept: the next frame starts from shape and offsets.
+    return Registration(
+        zero,
+        zero,
+        parameters,
+        added,
+        record.surface,
+        record.landmark_mm,
+        record.seconds,
+        record.notes,
+    )
+
+
+def _read(path: Path) -> dict[str, NDArray[Any]]:
+    return read_npz(path, FRAME_FILE)
+
+
+def _is_sound(record: FrameRecord) -> bool:
+    numbers = [record.number, record.landmarks, record.seconds]
+    numbers += [] if record.landmark_mm is None else [record.landmark_mm]
+    numbers += [] if record.surface is None else list(asdict(record.surface).values())
+    return isinstance(record.flag, str) and all(finite_number(n) is not None for n in numbers)
+
+
+def _good(path: Path, stored: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """The arrays of a good frame, there, finite and of their shapes. Raises CaptureError."""
+    for name, axes in ARRAYS.items():
+        array = stored.get(name)
+        fits = array is not None and array.ndim == axes and array.dtype.kind == "f"
+        if not fits or array is None or not np.isfinite(array).all():
+            raise CaptureError.about(path, found=f"no {name} that can be used", allowed=ALLOWED)
+    zero, offsets = stored["zero"], stored["offsets"]
+    if zero.shape != offsets.shape or zero.shape[1:] != (3,) or stored["translation"].shape != (3,):
+        raise CaptureError.about(path, found="arrays that do not fit", allowed=ALLOWED)
+    return stored
+
 
 SETTINGS_VERSION = 5
 """Raise it when registration itself changes: frames made before are then made again."""
@@ -80,16 +208,7 @@ class SequenceResult:
 class TrackedSequence:
     """A sequence and where its registered frames go.
 
-    Attributes
-    ----------
-    sequence
-        The scans.
-    head
-        Its template is the person's neutral face.
-    folder
-        Of 000000.npz, …, one for each scan.
-    settings
-        Say how scans are registered.
+    head: its template is the person's neutral face. folder: of 000000.npz, …, one for each scan.
     """
 
     sequence: ScanSequence
@@ -123,8 +242,8 @@ class TrackedSequence:
 
     def records(self) -> dict[int, FrameRecord]:
         """Records by number, of the frames that are done."""
-        found = {n: read_frame_record(self.path(n), self.frame_key(n)) for n in self.numbers}
-        return {number: record for number, record in found.items() if record is not None}
+        stored = {n: read_frame_record(self.path(n), self.frame_key(n)) for n in self.numbers}
+        return {number: record for number, record in stored.items() if record is not None}
 
     @property
     def numbers(self) -> tuple[int, ...]:
@@ -136,22 +255,10 @@ def track_frames(
     numbers: Sequence[int],
     done: Callable[[FrameRecord], None] | None = None,
 ) -> list[FrameRecord]:
-    """Register frames in their order, each starting from the one before.
+    """Register frames in their order, each starting from the one before; bad ones are flagged.
 
-    Non-rigid ICP starts every frame from a template of its own, as published.
-
-    Parameters
-    ----------
-    track
-        The sequence. Frames that are done already are kept.
-    numbers
-        Of the scans.
-    done
-        Called with the record of each frame.
-
-    Returns
-    -------
-    The records in order; bad frames are flagged.
+    Frames that are done already are kept. Non-rigid ICP starts every frame from a template of its
+    own, as published. done: called with the record of each frame.
     """
     template = Template(track.head)
     before: Registration | None = None
@@ -177,10 +284,12 @@ def _track_one(
         landmarks = track.sequence.landmarks(number)
         scan = track.sequence.scan(number)
         if track.settings.method == "nicp":
-            found, _ = register_nonrigid(template, scan, landmarks, adapted=track.settings.adapted)
+            registration, _ = register_nonrigid(
+                template, scan, landmarks, adapted=track.settings.adapted
+            )
         else:
-            found = register_scan(template, scan, landmarks, before)
-        flag = found.lost
+            registration = register_scan(template, scan, landmarks, before)
+        flag = registration.lost
     except (
         ElocuteError,
         MemoryError,
@@ -189,19 +298,19 @@ def _track_one(
         ArithmeticError,
     ) as error:
         # RuntimeError: a sparse system that SuperLU finds singular.
-        found, flag = None, str(error) or type(error).__name__
+        registration, flag = None, str(error) or type(error).__name__
     record = FrameRecord(number, flag, landmarks=int(landmarks.good.sum()))
-    if found is not None:
+    if registration is not None:
         record = FrameRecord(
             number,
             flag,
-            found.surface,
-            found.landmark_mm,
+            registration.surface,
+            registration.landmark_mm,
             record.landmarks,
-            found.seconds,
-            found.notes,
+            registration.seconds,
+            registration.notes,
         )
-    write_frame(track.path(number), key, record, found)
+    write_frame(track.path(number), key, record, registration)
     return record
 
 

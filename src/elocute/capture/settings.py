@@ -114,48 +114,16 @@ class Scanner:
         help="Standard deviation of bumps that no model explains, on face and mouth.",
     )
     turn_deg: float = setting(
-        8.0, unit="degrees", low=0.0, high=100.0, help="How far the head turns."
+        8.0, unit="degrees", low=0.0, high=100.0, help="Amplitude of the head's turns."
     )
-    shift_mm: float = setting(15.0, unit="mm", low=0.0, high=100.0, help="How far the head moves.")
+    shift_mm: float = setting(
+        15.0, unit="mm", low=0.0, high=100.0, help="Amplitude of the head's movement."
+    )
     holes: float = setting(
         0.6, low=0.0, high=1.0, help="Share of hair and of the inside of the mouth that is missing."
     )
     textured: bool = setting(True, help="Whether vertices have colours.")
     seed: int = setting(0, low=0, help="The same seed gives the same scans.")
-
-    def __post_init__(self) -> None:
-        check_settings(self, CaptureError)
-
-
-@described
-@dataclass(frozen=True)
-class FaceRichness:
-    """What the face of a simulated speaker has beyond the shapes of a rig.
-
-    0 leaves a thing out; at 1 each person has it to an extent of the person's own.
-
-    Raises
-    ------
-    CaptureError
-        For a number outside its range.
-    """
-
-    own_shapes: float = setting(
-        1.0, low=0.0, high=2.0, help="A person's own pattern, amount and path of each shape."
-    )
-    habits: float = setting(
-        1.0, low=0.0, high=2.0, help="A person's own targets and timing of each phone."
-    )
-    flesh: float = setting(
-        1.0, low=0.0, high=2.0, help="Lag and inertia of cheeks, chin and under-jaw."
-    )
-    slide: float = setting(1.0, low=0.0, high=2.0, help="Skin that slides over jaw and cheeks.")
-    lip_bulge: float = setting(
-        1.0, low=0.0, high=2.0, help="How much of what lips press away comes out on them."
-    )
-    swallowing: float = setting(1.0, low=0.0, high=2.0, help="Swallowing in pauses.")
-    breathing: float = setting(1.0, low=0.0, high=2.0, help="Nostrils, throat and collar.")
-    prosody: float = setting(1.0, low=0.0, high=2.0, help="Head and brow with the stress.")
 
     def __post_init__(self) -> None:
         check_settings(self, CaptureError)

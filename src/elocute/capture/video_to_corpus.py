@@ -1,4 +1,4 @@
-"""Videos as clips of a corpus, for training a decoder or fitting a style."""
+"""Writes videos as clips of a corpus, for training a decoder or fitting a style."""
 
 from __future__ import annotations
 

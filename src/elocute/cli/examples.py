@@ -92,8 +92,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "capture check": ("capture check sequence/",),
     "capture simulate": (
         "capture simulate speech.wav -o sequence/ --seconds 1",
-        "capture simulate speech.wav -o sequence/ --seconds 1 --seed 3 --flesh 0",
-        "capture simulate speech.wav -o sequence/ --seconds 1 --face rig",
+        "capture simulate speech.wav -o sequence/ --seconds 1 --seed 3",
     ),
     "capture landmarks": ("capture landmarks sequence/", "capture landmarks face.ply -o face.html"),
     "capture video": (

@@ -17,18 +17,19 @@ import numpy as np
 
 from elocute.alignment.aligner import Aligner, find_dtw_path, read_features
 from elocute.alignment.alignment import WarpingPath
+from elocute.alignment.dtw import diagonal_path
 from elocute.alignment.methods import fit_aligner, resolve_method
 from elocute.alignment.settings import DtwPathConfig
 from elocute.alignment.sound_views import DEFAULT, WINDOWS, speech_view
-from elocute.alignment.warping_paths import diagonal_path
 from elocute.array_types import Float32Array
 from elocute.audio.noise import babble, with_noise
 from elocute.audio.read import read_audio
 from elocute.errors import AlignmentError, ElocuteError
-from elocute.evaluation.path_errors import carried_overlap, path_error
 from elocute.evaluation.timed_recordings import (
     RecordingPair,
     TimedRecording,
+    carried_overlap,
+    path_error,
     read_phone_times,
     sentence_pair,
     word_pair,
@@ -41,24 +42,37 @@ READINGS = {"features": None, "expected": SOFTNESS}
 """How else features may be read: by the cheapest path, or along soft-DTW's expected alignment."""
 TOGETHER = "together"
 MEASURES = ("error_frames", "overlap", "found")
+PLAIN = ("diagonal", "dtw", "softdtw", "ctw", "ctw/expected", "dctw", "dctw/expected")
+PARTS: dict[str, Sequence[tuple[str, dict[str, Any]]]] = {
+    "cca-soft": (
+        ("no guide", {"guide": 0.0}),
+        ("no prior", {"prior": 0.0}),
+        ("no attention", {"sharpness": 0.0}),
+        ("no guide, prior, attention", {"guide": 0.0, "prior": 0.0, "sharpness": 0.0}),
+        ("cheapest path", {"softness": None}),
+        ("no training", {"steps": 0}),
+    ),
+    "dcaw": (
+        ("no training", {"steps": 0}),
+        ("no folding", {"folds": 0, "fold_every": 10**6}),
+        ("Eq. 2 alone", {"mutual": False}),
+        ("attention fixed", {"attention": "fixed"}),
+        ("attention sampled", {"attention": "sampled"}),
+        ("attention DTW's path", {"attention": "path"}),
+        ("attention diagonal", {"attention": "diagonal"}),
+        ("attention uniform", {"attention": "uniform"}),
+    ),
+}
+"""Parts of the learned methods that an ablation leaves out."""
 
 
 @dataclass(frozen=True)
 class MethodVariant:
     """A method, its settings, and how it is fitted and read.
 
-    Attributes
-    ----------
-    name : str
-        What it is called in tables.
-    method : str
-        A name as for `resolve_method`, or `DIAGONAL`.
-    settings : tuple of (str, value)
-        Those that differ from the method's defaults.
-    together : bool
-        Fitted once, to the pairs of all words.
-    reading : str
-        One of `READINGS`; empty for the method's own.
+    name: what it is called in tables. method: as for `resolve_method`, or `DIAGONAL`. settings:
+    those that differ from the method's defaults. together: fitted once, to the pairs of all words.
+    reading: one of `READINGS`; empty for the method's own.
     """
 
     name: str
@@ -76,19 +90,7 @@ class MethodVariant:
 def method_variant(name: str) -> MethodVariant:
     """Read the name of a variant: METHOD, METHOD/together, METHOD/expected, METHOD/features.
 
-    Parameters
-    ----------
-    name : str
-        As a user writes it.
-
-    Returns
-    -------
-    MethodVariant
-
-    Raises
-    ------
-    AlignmentError
-        For an unknown method, or a way that it cannot be fitted or read in.
+    Raises AlignmentError for an unknown method, or a way that it cannot be fitted or read in.
     """
     method, *ways = name.split("/")
     if method != DIAGONAL:
@@ -105,22 +107,41 @@ def method_variant(name: str) -> MethodVariant:
     return MethodVariant(name, method, together=TOGETHER in ways, reading=reading)
 
 
+def ablation_variants(together: bool = False) -> list[MethodVariant]:
+    """Features, CCA, and both learned methods with and without their parts, in this order.
+
+    Of DCAW also what its features give by DTW, read without attention, and what is left where
+    attention is off in training too: warped by the diagonal, read by DTW. together: learned methods
+    are fitted once to all words.
+    """
+    way = "/together" if together else ""
+    learned = {"ctw", "dctw"}
+    variants = [
+        method_variant(n.replace("/", f"{way}/", 1) if "/" in n else n + way)
+        if n.split("/")[0] in learned
+        else method_variant(n)
+        for n in PLAIN
+    ]
+    for method, parts in PARTS.items():
+        variants.append(method_variant(method + way))
+        if method == "dcaw":
+            variants += [method_variant(f"dcaw{way}/{reading}") for reading in READINGS]
+        for name, settings in parts:
+            chosen = tuple(settings.items())
+            variants.append(MethodVariant(f"{method}: {name}", method, chosen, together))
+        if method == "dcaw":
+            off = (("attention", "diagonal"),)
+            variants.append(MethodVariant("dcaw: attention off", method, off, together, "features"))
+    return variants
+
+
 @dataclass(frozen=True)
 class WordScore:
-    """One word aligned by one method: means over the word's pairs.
+    """One word aligned by one method: means over so many pairs of recordings.
 
-    Attributes
-    ----------
-    word, method : str
-        Their names.
-    pairs : int
-        Number of pairs.
-    error_frames : float
-        Error of the path, Eq. 11 of Tzirakis et al. 2019, frames; lower is better.
-    overlap : float
-        Mean intersection over union of phones carried over, 0 to 1; higher is better.
-    found : float
-        The same of the whole word, where it was to be found in a sentence.
+    error_frames: of the path, Eq. 11 of Tzirakis et al. 2019; lower is better. overlap: mean
+    intersection over union of phones carried over, 0 to 1; higher is better. found: the same of the
+    whole word, where it was to be found in a sentence.
     """
 
     word: str
@@ -134,23 +155,10 @@ class WordScore:
 def read_recordings(
     folder: Path, encoder: str = DEFAULT, noise_db: float | None = None
 ) -> tuple[list[TimedRecording], list[str]]:
-    """Read all recordings of a word.
+    """Read all recordings of a word, NAME.wav with NAME.json of phone times beside it, by name.
 
-    Parameters
-    ----------
-    folder : Path
-        NAME.wav with NAME.json of phone times beside it.
-    encoder : str
-        Speech encoder that gives the views.
-    noise_db : float, optional
-        Level of the speech over babble made of the same voice backwards, dB; clean by default.
-
-    Returns
-    -------
-    recordings : list of TimedRecording
-        In the order of their names.
-    broken : list of str
-        Why others were left out.
+    encoder: gives the views, as for `speech_view`. noise_db: level of the speech over babble made
+    of the same voice backwards; clean by default. The second list says why others were left out.
     """
     recordings, broken = [], []
     for path in sorted(folder.glob("*.wav")):
@@ -167,18 +175,7 @@ def read_recordings(
 
 
 def word_pairs(recordings: Sequence[TimedRecording]) -> list[RecordingPair]:
-    """Every two recordings of a word that say it with nearly the same phones.
-
-    Parameters
-    ----------
-    recordings : sequence of TimedRecording
-        Of one word.
-
-    Returns
-    -------
-    list of RecordingPair
-        Each with whole recordings.
-    """
+    """Every two recordings of a word that say it with nearly the same phones."""
     pairs = (
         word_pair(recordings[i], recordings[j]) for j in range(len(recordings)) for i in range(j)
     )
@@ -188,27 +185,12 @@ def word_pairs(recordings: Sequence[TimedRecording]) -> list[RecordingPair]:
 def sentence_pairs(
     sentences: Sequence[TimedRecording], words: Sequence[TimedRecording], each: int = 3
 ) -> list[RecordingPair]:
-    """Each sentence with recordings of its word by others, taken in turn.
-
-    Parameters
-    ----------
-    sentences : sequence of TimedRecording
-        Sentences that contain the word.
-    words : sequence of TimedRecording
-        Recordings of the word alone.
-    each : int
-        Most pairs for a sentence.
-
-    Returns
-    -------
-    list of RecordingPair
-        Each a word to be found in a sentence.
-    """
+    """Each sentence with recordings of its word by others in turn, `each` of them at most."""
     pairs = []
     for place, sentence in enumerate(sentences):
         others = [words[(place + n + 1) % len(words)] for n in range(len(words))]
-        found = (sentence_pair(sentence, w) for w in others if w.name != sentence.name)
-        pairs += [pair for pair in found if pair][:each]
+        candidates = (sentence_pair(sentence, w) for w in others if w.name != sentence.name)
+        pairs += [pair for pair in candidates if pair][:each]
     return pairs
 
 
@@ -221,29 +203,12 @@ def score_words(
     known: Collection[str] = (),
     on_word: Callable[[float, list[WordScore]], None] | None = None,
 ) -> list[WordScore]:
-    """Align all pairs of words by each variant and compare the paths with the true ones.
+    """Align all pairs of each word by each variant and compare the paths with the true ones.
 
-    Where the pairs are words in sentences, methods may start and end anywhere in the sentence.
-
-    Parameters
-    ----------
-    words : mapping of str to sequence of RecordingPair
-        All pairs of each word; all of them whole, or none.
-    variants : sequence of MethodVariant
-        Methods to compare.
-    seed : int
-        Seed of learned methods.
-    encoder : str
-        What the views were made with, as for `speech_view`.
-    known : collection of str
-        Words that need no scores; variants fitted together are fitted to them too.
-    on_word : callable, optional
-        Called with the share that is done, 0 to 1, and the scores of each word.
-
-    Returns
-    -------
-    list of WordScore
-        One for each word and variant.
+    The pairs are all whole, or none: of words in sentences, methods may start and end anywhere in
+    the sentence. encoder: what the views were made with. known: words that need no scores; variants
+    fitted together are fitted to them too. on_word: called with the share that is done, 0 to 1, and
+    the scores of each word.
     """
     every = [pair for pairs in words.values() for pair in pairs]
     fits = {each.fit_key: _fitted(each, every, seed, encoder) for each in variants if each.together}
@@ -258,8 +223,8 @@ def score_words(
                 own_fits[each.fit_key] = _fitted(each, pairs, seed, encoder)
             paths = _paths(own_fits[each.fit_key], each, pairs)
             scores = [pair_scores(pair, path) for pair, path in zip(pairs, paths, strict=True)]
-            error, overlap, found = map(float, np.mean(scores, axis=0))
-            own.append(WordScore(word, each.name, len(pairs), error, overlap, found))
+            error, overlap, whole = map(float, np.mean(scores, axis=0))
+            own.append(WordScore(word, each.name, len(pairs), error, overlap, whole))
         rows += own
         if on_word:
             on_word((place + 1) / len(words), own)
@@ -285,7 +250,7 @@ def _paths(
         return [diagonal_path(len(source), len(target)) for source, target in _views(pairs)]
     if each.reading:
         fitted = read_otherwise(fitted, READINGS[each.reading])
-    return [found.path for found in fitted.align_all(_views(pairs))]
+    return [alignment.path for alignment in fitted.align_all(_views(pairs))]
 
 
 def _views(pairs: Sequence[RecordingPair]) -> list[tuple[Float32Array, Float32Array]]:
@@ -295,16 +260,8 @@ def _views(pairs: Sequence[RecordingPair]) -> list[tuple[Float32Array, Float32Ar
 def read_otherwise(fitted: Aligner, softness: float | None) -> Aligner:
     """An aligner with the same features whose paths are found by dynamic time warping.
 
-    Parameters
-    ----------
-    fitted : Aligner
-        Any; of one that reads its path from attention, the attention is left out.
-    softness : float, optional
-        As of `PathSettings`; None for the cheapest path.
-
-    Returns
-    -------
-    Aligner
+    What reads its path from attention does without it. softness: as of `PathSettings`; None for the
+    cheapest path.
     """
     if not isinstance(fitted.config, DtwPathConfig):
         return read_features(fitted, softness)
@@ -318,8 +275,8 @@ def pair_scores(pair: RecordingPair, path: WarpingPath) -> tuple[float, float, f
     sources, targets = [s for s, _ in pair.spans], [t for _, t in pair.spans]
     true = (sources[0][0], sources[-1][1])
     word = (targets[0][0], targets[-1][1])
-    found = carried_overlap(path, [true], [word], rate)
-    return path_error(path, pair.truth), carried_overlap(path, sources, targets, rate), found
+    whole = carried_overlap(path, [true], [word], rate)
+    return path_error(path, pair.truth), carried_overlap(path, sources, targets, rate), whole
 
 
 def compare_methods(
@@ -327,19 +284,9 @@ def compare_methods(
 ) -> dict[str, dict[str, Any]]:
     """Means over words, and Wilcoxon's signed-rank test of one method against the others.
 
-    Parameters
-    ----------
-    rows : sequence of WordScore
-        Scores of the same words by several methods.
-    candidate : str
-        The method that the others are compared with; without it nothing is tested.
-
-    Returns
-    -------
-    dict of str to dict
-        For each method `words`, `pairs` and the means of `MEASURES`; for all but the candidate also
-        `against`: for each measure the candidate's mean `gain` over the method (positive is
-        better), the number of words for which it is `better`, and the two-sided `p` over words.
+    By method `words`, `pairs` and the means of `MEASURES`; for all but the candidate, if it is
+    there, also `against`: for each measure the candidate's mean `gain` over the method (positive is
+    better), the number of words for which it is `better`, and the two-sided `p` over words.
     """
     methods = list(dict.fromkeys(row.method for row in rows))
     table: dict[str, dict[str, Any]] = {}
@@ -384,39 +331,12 @@ def score_folder(
     known: Collection[str] = (),
     on_word: Callable[[float, list[WordScore]], None] | None = None,
 ) -> tuple[list[WordScore], list[str]]:
-    """Score the words of a folder, or those that are named.
+    """Score the words of FOLDER/WORD/NAME.wav with NAME.json of phone times, or those named.
 
-    Parameters
-    ----------
-    folder : Path
-        FOLDER/WORD/NAME.wav with NAME.json of phone times.
-    variants : sequence of MethodVariant
-        Methods to compare.
-    sentences : Path, optional
-        A folder of the same words in sentences, in which they are to be found; noise is then in the
-        sentences alone.
-    encoder, noise_db
-        As for `read_recordings`.
-    words : sequence of str, optional
-        Names of words; all by default.
-    seed : int
-        Seed of learned methods.
-    known : collection of str
-        Words that need no scores; variants fitted together are fitted to them too.
-    on_word : callable, optional
-        Called with the share that is done, 0 to 1, and the scores of each word.
-
-    Returns
-    -------
-    rows : list of WordScore
-        One for each word and method.
-    broken : list of str
-        What could not be used, and why.
-
-    Raises
-    ------
-    AlignmentError
-        For an unknown method, or where no word can be scored.
+    sentences: a folder of the same words in sentences, in which they are to be found; noise is then
+    in the sentences alone. encoder, noise_db: as for `read_recordings`. known, on_word: as for
+    `score_words`. Gives a score for each word and method, and what could not be used, and why.
+    Raises AlignmentError for an unknown method, or where no word can be scored.
     """
     broken: list[str] = []
     usable: dict[str, list[RecordingPair]] = {}
@@ -438,20 +358,7 @@ def score_folder(
 
 
 def word_names(folder: Path, sentences: Path | None = None) -> list[str]:
-    """Names of the words that a folder holds, sorted.
-
-    Parameters
-    ----------
-    folder : Path
-        A folder with a folder for each word.
-    sentences : Path, optional
-        A second one; only words that are in both count.
-
-    Returns
-    -------
-    list of str
-        Empty where there is no such folder.
-    """
+    """Sorted names of the words that a folder holds; with `sentences`, those that are in both."""
     names = sorted(p.name for p in folder.iterdir() if p.is_dir()) if folder.is_dir() else []
     return [name for name in names if sentences is None or (sentences / name).is_dir()]
 

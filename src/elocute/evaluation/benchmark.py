@@ -33,9 +33,8 @@ from elocute.evaluation.confidence_intervals import (
 )
 from elocute.evaluation.metrics import (
     dynamics_deviation,
-    dynamics_deviation_of_squares,
     lip_vertex_error,
-    mean_vertex_error,
+    vertex_errors,
 )
 from elocute.evaluation.vertex_regions import VertexRegion
 from elocute.motion.vertex_motion import MM, VertexMotion
@@ -48,19 +47,10 @@ MEASURES = ("lve", "lve_distance", "mve", "fdd", "fdd_absolute", "fdd_paper")
 class SequenceScore:
     """One prediction against its clip.
 
-    Attributes
-    ----------
-    prediction : Prediction
-        The file.
-    frames : int
-        Frames compared.
-    longer_by : int
-        By how many frames the prediction is longer than the truth; below 0 where it is shorter.
-    lve, lve_distance : tuple of float
-        Squared and plain lip vertex error for each list of lips.
-    mve, fdd, fdd_paper : float
-        Mean vertex error; FDD of squared distances and, as CodeTalker's paper writes it, of
-        distances.
+    frames: how many were compared. longer_by: by how many frames the prediction is longer than the
+    truth; below 0 where it is shorter. lve, lve_distance: squared and plain lip vertex error for
+    each list of lips. mve: mean vertex error. fdd, fdd_paper: FDD of squared distances and, as
+    CodeTalker's paper writes it, of distances.
     """
 
     prediction: Prediction
@@ -128,7 +118,7 @@ def score_predictions(
     upper_face : VertexRegion
         Vertices of FDD.
     every : int
-        Every how manyth frame of the truth is compared.
+        Every Nth frame of the truth is compared.
     progress : callable, optional
         Called with the share that is done, 0 to 1.
 
@@ -175,15 +165,16 @@ def _sequence_score(
 ) -> SequenceScore:
     """Measures in the data's unit; those of `metrics` are in thousandths of it."""
     errors = [lip_vertex_error(predicted, true, each) for each in lips]
+    fdd, _, fdd_of_squares = dynamics_deviation(predicted, true, upper_face)
     return SequenceScore(
         prediction,
         true.frame_count,
         longer_by,
         tuple(squared / MM**2 for squared, _ in errors),
         tuple(plain / MM for _, plain in errors),
-        mean_vertex_error(predicted, true) / MM,
-        dynamics_deviation_of_squares(predicted, true, upper_face) / MM**2,
-        dynamics_deviation(predicted, true, upper_face)[0] / MM,
+        vertex_errors(predicted, true)[0] / MM,
+        fdd_of_squares / MM**2,
+        fdd / MM,
     )
 
 

@@ -39,20 +39,9 @@ DATA_UNIT = "the data's unit"
 
 @dataclass(frozen=True)
 class Benchmark:
-    """What a data set's published figures are counted over.
+    """What a data set's published figures are counted over: subjects and sentences of its test.
 
-    Attributes
-    ----------
-    name : str
-        As the command takes it.
-    topology : Topology
-        The mesh of the data.
-    subjects : tuple of str
-        Those of the test.
-    sentences : frozenset of str
-        Those of the test.
-    unit : str
-        Of lengths, for people.
+    name: as the command takes it. topology: the mesh of the data. unit: of lengths, for people.
     """
 
     name: str
@@ -78,14 +67,9 @@ themselves."""
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """The recorded test clips of a data set.
+    """The recorded test clips of a data set: SUBJECT_SENTENCE to what reads it, every frame.
 
-    Attributes
-    ----------
-    clips : dict of str to callable
-        SUBJECT_SENTENCE to what reads it, every frame.
-    subjects : dict of str to str
-        SUBJECT of each clip.
+    subjects: SUBJECT of each clip.
     """
 
     benchmark: Benchmark
@@ -300,17 +284,17 @@ def find_predictions(
     """
     if not folder.is_dir():
         raise CorpusError.about(folder, found="not a folder", allowed="a folder of predictions")
-    found = []
+    predictions = []
     for path in sorted(folder.glob("*.npy")):
         stem, _, under = path.stem.partition("_condition_")
         words = stem.split("_")  # others may stand before
         names = ("_".join(words[start:]) for start in range(len(words)))
         clip = next((name for name in names if name in truth.clips), None)
         if clip is not None:
-            found.append(Prediction(path, clip, under))
+            predictions.append(Prediction(path, clip, under))
     chosen = [
         each
-        for each in found
+        for each in predictions
         if condition in (ALL, each.condition)
         or (condition == OWN and each.condition == truth.subjects[each.clip])
     ]
@@ -328,7 +312,7 @@ def find_predictions(
 
 
 def frames_apart(truth: Truth, predictions: Sequence[Prediction]) -> int:
-    """Every how manyth frame of the truth the predictions have: 1, or 2 for half the rate.
+    """The N of every Nth frame of the truth that predictions have: 1, or 2 for half the rate.
 
     FaceFormer and what followed it keep every second frame of VOCASET, 30 a second.
 
@@ -350,14 +334,14 @@ def frames_apart(truth: Truth, predictions: Sequence[Prediction]) -> int:
     """
     first = predictions[0]
     true = truth.clips[first.clip]()
-    found = read_prediction(first.path, true.template.astype(np.float32)).frame_count
+    frames = read_prediction(first.path, true.template.astype(np.float32)).frame_count
     for step in (1, 2):
         expected = -(-true.frame_count // step)
-        if abs(found - expected) <= max(2, LENGTHS_DIFFER * expected):
+        if abs(frames - expected) <= max(2, LENGTHS_DIFFER * expected):
             return step
     raise CorpusError.about(
         first.path,
-        found=f"{found} frames",
+        found=f"{frames} frames",
         allowed=f"{true.frame_count}, as {first.clip} has, or every second of them",
         remedy="`every` sets how many frames of the truth lie between two of the prediction",
     )

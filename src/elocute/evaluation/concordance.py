@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
 from elocute.errors import CorpusError
-from elocute.evaluation.confidence_intervals import CONFIDENCE, DRAWS, ConfidenceInterval
+from elocute.evaluation.confidence_intervals import DRAWS, ConfidenceInterval, bootstrap_interval
 
 FIRST = 5  # parameters that the paper's table names one by one
 TINY = 1e-12
@@ -20,16 +20,9 @@ TINY = 1e-12
 class ConcordanceScore:
     """ρc over all frames of some clips together, with confidence intervals over clips.
 
-    Attributes
-    ----------
-    clips, frames : int
-        How many were counted.
-    mean : ConfidenceInterval
-        Mean over all parameters; the paper's µ28 where there are 28.
-    weighted : ConfidenceInterval
-        Mean weighted by the variance that each parameter explains, as in the loss.
-    first : tuple of ConfidenceInterval
-        The first `FIRST` parameters, as the paper's table has them.
+    mean: over all parameters; the paper's µ28 where there are 28. weighted: by the variance that
+    each parameter explains, as in the loss. first: of the first `FIRST` parameters, as the paper's
+    table has them.
     """
 
     clips: int
@@ -55,26 +48,10 @@ def score_concordance(
     shares: NDArray[np.floating],
     seed: int = 0,
 ) -> ConcordanceScore:
-    """Concordance of predicted with true parameters.
+    """Concordance of predicted with true parameters, (frame, parameter) without unit for each clip.
 
-    Parameters
-    ----------
-    predicted, true : sequence of (frame, parameter) float32
-        One for each clip, without unit.
-    shares : (parameter,) float
-        Share of the variance that each parameter explains; need not add up to 1.
-    seed : int
-        Seed of the bootstrap.
-
-    Returns
-    -------
-    ConcordanceScore
-        Over all clips.
-
-    Raises
-    ------
-    CorpusError
-        For no clip.
+    shares: (parameter,) share of the variance that each explains; need not add up to 1. seed: of
+    the bootstrap. Raises CorpusError for no clip.
     """
     if not predicted:
         raise CorpusError.about("measure", found="no clip", allowed="one or more")
@@ -88,9 +65,9 @@ def score_concordance(
     return ConcordanceScore(
         len(sums),
         int(sums[:, 0, 0].sum()),
-        _interval(value.mean(), drawn.mean(axis=1)),
-        _interval(value @ weights, drawn @ weights),
-        tuple(_interval(value[i], drawn[:, i]) for i in range(min(FIRST, len(value)))),
+        bootstrap_interval(value.mean(), drawn.mean(axis=1)),
+        bootstrap_interval(value @ weights, drawn @ weights),
+        tuple(bootstrap_interval(value[i], drawn[:, i]) for i in range(min(FIRST, len(value)))),
     )
 
 
@@ -107,10 +84,3 @@ def _concordance(sums: NDArray[np.float64]) -> NDArray[np.float64]:
     var_x, var_y = xx / count - mean_x**2, yy / count - mean_y**2
     covariance = xy / count - mean_x * mean_y
     return 2 * covariance / (var_x + var_y + (mean_x - mean_y) ** 2 + TINY)
-
-
-def _interval(value: float, draws: NDArray[np.float64]) -> ConfidenceInterval:
-    """A value with the quantiles of its bootstrap."""
-    tail = (1 - CONFIDENCE) / 2
-    low, high = np.quantile(draws, [tail, 1 - tail])
-    return ConfidenceInterval(float(value), float(low), float(high))

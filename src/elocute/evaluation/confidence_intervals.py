@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elocute.evaluation.metrics import AVERAGED_METRICS, ClipMetrics
 
@@ -35,25 +36,20 @@ class ConfidenceInterval:
 NO_INTERVAL = ConfidenceInterval(float("nan"), float("nan"), float("nan"))
 
 
+def bootstrap_interval(value: float, draws: NDArray[np.float64]) -> ConfidenceInterval:
+    """A value with the quantiles of its bootstrap, (draw,)."""
+    tail = (1 - CONFIDENCE) / 2
+    low, high = np.quantile(draws, [tail, 1 - tail])
+    return ConfidenceInterval(float(value), float(low), float(high))
+
+
 def ratio_interval(
     above: Sequence[float], below: Sequence[float], seed: int = 0, draws: int = DRAWS
 ) -> ConfidenceInterval:
-    """Σ above / Σ below over clips, with the clips resampled.
+    """Σ above / Σ below over clips, with the clips resampled `draws` times.
 
-    Parameters
-    ----------
-    above, below : sequence of float
-        Numerator and denominator of each clip; ones below give a mean.
-    seed : int
-        Seed of the bootstrap.
-    draws : int
-        Number of resampled sets of clips.
-
-    Returns
-    -------
-    ConfidenceInterval
-        `NO_INTERVAL` where there is no clip, a clip has no value, or nothing is counted. With one
-        clip the bounds are its value.
+    `NO_INTERVAL` where there is no clip, a clip has no value, or nothing is counted. With one clip
+    the bounds are its value.
     """
     top, bottom = np.asarray(above, np.float64), np.asarray(below, np.float64)
     if not len(top) or not np.isfinite(top).all() or bottom.sum() <= 0:
@@ -61,44 +57,31 @@ def ratio_interval(
     rows = np.random.default_rng(seed).integers(0, len(top), (draws, len(top)))
     tops, bottoms = top[rows].sum(axis=1), bottom[rows].sum(axis=1)
     ratios = tops[bottoms > 0] / bottoms[bottoms > 0]
-    tail = (1 - CONFIDENCE) / 2
-    low, high = np.quantile(ratios, [tail, 1 - tail])
-    return ConfidenceInterval(float(top.sum() / bottom.sum()), float(low), float(high))
+    return bootstrap_interval(float(top.sum() / bottom.sum()), ratios)
 
 
 def mean_interval(values: Sequence[float], seed: int = 0, draws: int = DRAWS) -> ConfidenceInterval:
-    """The mean over clips with its confidence interval.
+    """The mean over clips with its confidence interval; `NO_INTERVAL` where a clip has no value.
 
     Parameters
     ----------
     values : sequence of float
         One for each clip.
     seed, draws : int
-        As for `ratio_interval`.
+        Seed of the bootstrap, and number of resampled sets of clips.
 
     Returns
     -------
     ConfidenceInterval
-        `NO_INTERVAL` where a clip has no value.
     """
     return ratio_interval(values, [1.0] * len(values), seed, draws)
 
 
 def metric_intervals(clips: Sequence[ClipMetrics], seed: int = 0) -> dict[str, ConfidenceInterval]:
-    """Every metric over some clips: means, and closures pooled over clips.
+    """Every metric of `AVERAGED_METRICS` over some clips, and closures pooled over clips.
 
-    Parameters
-    ----------
-    clips : sequence of ClipMetrics
-        Metrics of each clip.
-    seed : int
-        Seed of the bootstrap.
-
-    Returns
-    -------
-    dict of str to ConfidenceInterval
-        The metrics of `AVERAGED_METRICS`; `closure_recall`, the share of true closures that the
-        prediction makes; `closure_precision`, the share of predicted closures that are true.
+    `closure_recall` is the share of true closures that the prediction makes, `closure_precision`
+    the share of predicted closures that are true.
     """
     summary = {
         name: mean_interval([getattr(c, name) for c in clips], seed) for name in AVERAGED_METRICS

@@ -1,4 +1,4 @@
-"""A model against the recorded clips of a corpus: per subject and style, with confidence intervals.
+"""Scores of a model against a corpus's clips: per subject and style, with confidence intervals.
 
 The predictor is a plain callable, so any model can be measured.
 """

@@ -1,4 +1,4 @@
-"""The same speech on many faces: whether each face's own lips close, and stay out of its teeth."""
+"""Scores the same speech on many faces: do the lips close, and stay out of the teeth?"""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class FaceScore:
             "lip in lip": self.lip_depth_mm > LIP_DEPTH_MAX_MM,
             "lip in tooth": self.tooth_depth_mm > TOOTH_DEPTH_MAX_MM,
         }
-        return tuple(name for name, found in wrong.items() if found)
+        return tuple(name for name, is_wrong in wrong.items() if is_wrong)
 
     @property
     def severity(self) -> float:
@@ -241,18 +241,7 @@ def _gaps_at(gap_mm: Float64Array, closures: Sequence[Stretch], fps: float) -> l
 
 
 def face_score_spread(scores: Sequence[FaceScore]) -> dict[str, dict[str, float]]:
-    """Mean, standard deviation, least and greatest of each measure over faces.
-
-    Parameters
-    ----------
-    scores : sequence of FaceScore
-        One or more.
-
-    Returns
-    -------
-    dict of str to dict
-        For each measure `mean`, `deviation`, `least` and `greatest`.
-    """
+    """Of each measure `mean`, `deviation`, `least` and `greatest` over one face or more."""
     table = {}
     for name in (field.name for field in fields(FaceScore)):
         values = np.array([asdict(score)[name] for score in scores], np.float64)

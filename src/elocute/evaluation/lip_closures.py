@@ -26,16 +26,8 @@ FrameRun = tuple[int, int]
 class ClosureCounts:
     """Closures of one clip or more.
 
-    Attributes
-    ----------
-    wanted : int
-        Closures of the true mouth.
-    met : int
-        Those during which the predicted lips touch.
-    made : int
-        Closures of the predicted mouth.
-    right : int
-        Those during which the true lips touch.
+    wanted: of the true mouth. met: those during which the predicted lips touch. made: of the
+    predicted mouth. right: those during which the true lips touch.
     """
 
     wanted: int
@@ -47,11 +39,6 @@ class ClosureCounts:
 def lip_opening(motion: VertexMotion) -> Float64Array:
     """Mean gap between the inner lips over the middle third of the mouth, as in `measure_mouth`.
 
-    Parameters
-    ----------
-    motion : VertexMotion
-        In the topology of the built-in head.
-
     Returns
     -------
     (frame,) float64
@@ -60,7 +47,7 @@ def lip_opening(motion: VertexMotion) -> Float64Array:
     Raises
     ------
     CorpusError
-        For another topology.
+        For a motion in another topology than the built-in head's.
     """
     head = load_builtin_head()
     if motion.vertex_count != head.vertex_count:
@@ -87,22 +74,8 @@ def count_closures(
 ) -> ClosureCounts:
     """Count the closures of two mouths, and which of them the other mouth makes too.
 
-    A closure is made too where the other lips touch during it, or up to `TOLERANCE_S` before or
-    after.
-
-    Parameters
-    ----------
-    predicted_mm, true_mm : (frame,) float
-        Openings of the mouth, mm.
-    fps : float
-        Frames per second.
-    closed_mm : float
-        Opening below which a mouth is closed, mm.
-
-    Returns
-    -------
-    ClosureCounts
-        Of this clip.
+    Both are openings (frame,) in mm, closed below `closed_mm`. A closure is made too where the
+    other lips touch during it, or up to `TOLERANCE_S` before or after.
     """
     predicted, true = predicted_mm < closed_mm, true_mm < closed_mm
     wanted, made = short_runs(true, fps), short_runs(predicted, fps)
@@ -117,19 +90,9 @@ def count_closures(
 
 
 def short_runs(closed: NDArray[np.bool_], fps: float) -> list[FrameRun]:
-    """Find short stretches of True between two of False.
+    """First frame and the one behind the last of True stretches shorter than `REST_AFTER_S`.
 
-    Parameters
-    ----------
-    closed : (frame,) bool
-        Whether the lips touch.
-    fps : float
-        Frames per second.
-
-    Returns
-    -------
-    list of (int, int)
-        First frame and the one behind the last, of stretches shorter than `REST_AFTER_S`.
+    Of closed (frame,), whether the lips touch; only stretches between two of False.
     """
     edges = np.diff(closed.astype(np.int8))
     starts, stops = np.flatnonzero(edges == 1) + 1, np.flatnonzero(edges == -1) + 1

@@ -1,4 +1,4 @@
-"""Lips against each other and against the teeth: gaps and penetration in millimetres, on any face.
+"""Measures gaps and penetration of lips and teeth in millimetres, on any face.
 
 Lips are cut by vertical planes from front to back, between the corners of the mouth. In each cut
 both lips are outlines of ten points, from the vermilion border inwards. Seen from the front there

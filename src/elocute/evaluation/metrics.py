@@ -33,14 +33,12 @@ class ClipMetrics:
     Attributes
     ----------
     lve_mm2, lve_mm : float
-        Lip vertex error, of squared distances (mm²) and of distances (mm).
+        Lip vertex error, of squared distances and of distances.
     mve_mm : float
-        Mean vertex error, mm.
-    fdd_mm, fdd_abs_mm : float
-        Upper-face dynamics deviation as CodeTalker's paper defines it, signed (true − predicted)
-        and absolute, mm.
-    fdd_code_mm2 : float
-        The same as CodeTalker's code computes it, of squared distances, signed, mm².
+        Mean vertex error.
+    fdd_mm, fdd_abs_mm, fdd_code_mm2 : float
+        Upper-face dynamics deviation: as CodeTalker's paper defines it, signed (true − predicted)
+        and absolute, and as its code computes it, of squared distances, signed.
     velocity_mm : float
         Error of the steps from frame to frame, mm per frame.
     jerk, true_jerk : float
@@ -78,55 +76,24 @@ def clip_metrics(
     mouth: bool = False,
     closed_mm: float = CLOSED_MM,
 ) -> ClipMetrics:
-    """Compute all metrics of one clip.
+    """Compute all metrics of one clip. Raises CorpusError as `check_alike` does.
 
-    Parameters
-    ----------
-    predicted, true : VertexMotion
-        Motions of equal topology, length and frame rate.
-    lips : VertexRegion, optional
-        Vertices of the lip error and the jerk; both are NaN without.
-    upper_face : VertexRegion, optional
-        Vertices of the upper-face dynamics deviation, NaN without.
-    mouth : bool
-        Whether closures are counted; in the built-in topology only.
-    closed_mm : float
-        Opening below which the mouth is closed, mm.
-
-    Returns
-    -------
-    ClipMetrics
-        Of this clip.
-
-    Raises
-    ------
-    CorpusError
-        Where the motions differ in topology, length or frame rate.
+    lips: vertices of the lip error and the jerk; upper_face: of the dynamics deviation; NaN
+    without. mouth: whether closures (below `closed_mm`) are counted; in the built-in topology only.
     """
     check_alike(predicted, true)
     lve = lip_vertex_error(predicted, true, lips) if lips else (NAN, NAN)
-    fdd = _dynamics(predicted, true, upper_face) if upper_face else (NAN, NAN, NAN)
+    fdd = dynamics_deviation(predicted, true, upper_face) if upper_face else (NAN, NAN, NAN)
     jerks = (mean_jerk(predicted, lips), mean_jerk(true, lips)) if lips else (NAN, NAN)
     met = None
     if mouth:
         met = count_closures(lip_opening(predicted), lip_opening(true), true.fps, closed_mm)
-    distance, step = _errors(predicted, true)
+    distance, step = vertex_errors(predicted, true)
     return ClipMetrics(*lve, distance, *fdd, step, *jerks, met)
 
 
 def check_alike(predicted: VertexMotion, true: VertexMotion) -> None:
-    """Check that two motions can be compared frame by frame.
-
-    Parameters
-    ----------
-    predicted, true : VertexMotion
-        The motions.
-
-    Raises
-    ------
-    CorpusError
-        Where they differ in topology, length or frame rate.
-    """
+    """Raise CorpusError where two motions differ in topology, length or frame rate."""
     facts = {
         "vertices": (predicted.vertex_count, true.vertex_count),
         "frames": (predicted.frame_count, true.frame_count),
@@ -144,21 +111,8 @@ def lip_vertex_error(
 ) -> tuple[float, float]:
     """Error of the worst lip vertex of each frame, averaged over frames.
 
-    As in Richard et al. 2021 (MeshTalk), section 4.
-
-    Parameters
-    ----------
-    predicted, true : VertexMotion
-        Motions of equal topology and length.
-    lips : VertexRegion
-        Vertices of the lips.
-
-    Returns
-    -------
-    squared : float
-        Of squared distances, mm².
-    distance : float
-        Of distances, mm.
+    Of squared distances, mm², and of distances, mm, as in Richard et al. 2021 (MeshTalk), section
+    4.
     """
     worst = [
         np.square(p - t).sum(axis=2).max(axis=1) for p, t in _pairs(predicted, true, lips.indices)
@@ -167,95 +121,23 @@ def lip_vertex_error(
     return float(squared.mean()), float(np.sqrt(squared).mean())
 
 
-def mean_vertex_error(predicted: VertexMotion, true: VertexMotion) -> float:
-    """Distance between vertices, averaged over all of them and over frames.
-
-    Parameters
-    ----------
-    predicted, true : VertexMotion
-        Motions of equal topology and length.
-
-    Returns
-    -------
-    float
-        Millimetres.
-    """
-    return _errors(predicted, true)[0]
-
-
 def dynamics_deviation(
     predicted: VertexMotion, true: VertexMotion, upper_face: VertexRegion
-) -> tuple[float, float]:
+) -> tuple[float, float, float]:
     """How much livelier the true upper face is than the predicted one.
 
     For each vertex the standard deviation over time of its distance from the neutral face; true
-    minus predicted, averaged over vertices. This is FDD of Xing et al. 2023 (CodeTalker), section
-    4.2; their code squares the distance (`dynamics_deviation_of_squares`).
-
-    Parameters
-    ----------
-    predicted, true : VertexMotion
-        Motions of equal topology.
-    upper_face : VertexRegion
-        Vertices of the upper face.
-
-    Returns
-    -------
-    signed, absolute : float
-        Mean over vertices with the sign and without, mm.
+    minus predicted, averaged over vertices with the sign and without, mm. This is FDD of Xing et
+    al. 2023 (CodeTalker), section 4.2. The third number, signed, mm², is that of squared distances,
+    as their code and that of later work has it.
     """
-    return _dynamics(predicted, true, upper_face)[:2]
-
-
-def dynamics_deviation_of_squares(
-    predicted: VertexMotion, true: VertexMotion, upper_face: VertexRegion
-) -> float:
-    """FDD of squared distances, as in the code behind published figures.
-
-    The code is CodeTalker's, and that of later work that took it over.
-
-    Parameters
-    ----------
-    predicted, true : VertexMotion
-        Motions of equal topology.
-    upper_face : VertexRegion
-        Vertices of the upper face.
-
-    Returns
-    -------
-    float
-        Signed, mm².
-    """
-    return _dynamics(predicted, true, upper_face)[2]
-
-
-def _dynamics(
-    predicted: VertexMotion, true: VertexMotion, upper_face: VertexRegion
-) -> tuple[float, float, float]:
-    """FDD of distances, signed and absolute, and of their squares, signed."""
     plain, squared = (
         a - b for a, b in zip(*(_deviations(t, upper_face) for t in (true, predicted)), strict=True)
     )
     return float(plain.mean()), float(np.abs(plain).mean()), float(squared.mean())
 
 
-def velocity_error(predicted: VertexMotion, true: VertexMotion) -> float:
-    """How far the steps of vertices from frame to frame differ.
-
-    Parameters
-    ----------
-    predicted, true : VertexMotion
-        Motions of equal topology and length.
-
-    Returns
-    -------
-    float
-        Millimetres per frame; 0 for a single frame.
-    """
-    return _errors(predicted, true)[1]
-
-
-def _errors(predicted: VertexMotion, true: VertexMotion) -> tuple[float, float]:
+def vertex_errors(predicted: VertexMotion, true: VertexMotion) -> tuple[float, float]:
     """Mean error of all vertices, mm, and of their steps, mm per frame: expanded once for both."""
     distances, steps = [], []
     for number, (p, t) in enumerate(_pairs(predicted, true, overlap=1)):
@@ -271,20 +153,7 @@ def _lengths(vectors: Float64Array) -> Float64Array:
 
 
 def mean_jerk(motion: VertexMotion, lips: VertexRegion) -> float:
-    """Mean length of the third derivative of lip vertices.
-
-    Parameters
-    ----------
-    motion : VertexMotion
-        The motion.
-    lips : VertexRegion
-        Vertices of the lips.
-
-    Returns
-    -------
-    float
-        mm/s³; 0 for fewer than four frames.
-    """
+    """Mean length of the third derivative of lip vertices, mm/s³; 0 for fewer than four frames."""
     steps = (
         _lengths(np.diff(block, 3, axis=0)).mean(axis=1)
         for block in motion.blocks(lips.indices, overlap=3)

@@ -108,18 +108,7 @@ def _noise_score(opening: Float64Array, clean: Float64Array, fps: float) -> Nois
 
 
 def mean_noise_scores(clips: Sequence[Sequence[NoiseScore]]) -> list[NoiseScore]:
-    """Means over clips, disturbance by disturbance.
-
-    Parameters
-    ----------
-    clips : sequence of sequences of NoiseScore
-        Scores of each clip under the same disturbances.
-
-    Returns
-    -------
-    list of NoiseScore
-        One for each disturbance.
-    """
+    """Means over clips under the same disturbances, disturbance by disturbance."""
     names = [field.name for field in fields(NoiseScore)]
     return [
         NoiseScore(**{n: float(np.mean([getattr(score, n) for score in alike])) for n in names})
@@ -133,20 +122,7 @@ def _share(opening: Float64Array, clean: Float64Array) -> float:
 
 
 def sample_mixes(styles: Sequence[str], count: int) -> tuple[str, ...]:
-    """Random mixes of styles, always the same.
-
-    Parameters
-    ----------
-    styles : sequence of str
-        Names of styles.
-    count : int
-        How many mixes.
-
-    Returns
-    -------
-    tuple of str
-        As `style` takes them.
-    """
+    """So many random mixes of styles as `style` takes them, always the same."""
     shares = np.random.default_rng(0).dirichlet(np.full(len(styles), 0.3), count)
     return tuple(
         ",".join(f"{name}:{share:.4f}" for name, share in zip(styles, row, strict=True))

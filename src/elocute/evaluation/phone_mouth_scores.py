@@ -1,4 +1,4 @@
-"""A mouth against phones whose times are known, in any language.
+"""Scores of a mouth against phones whose times are known, in any language.
 
 Lips must be sealed on p, b and m, the lower lip at the upper teeth on f and v, rounded vowels
 narrower and further forward than spread ones, and the mouth at rest in silence. Phones are IPA
@@ -203,18 +203,18 @@ def phone_mouth_score(takes: Iterable[SpokenTake]) -> PhoneMouthScore:
     for take in takes:
         _add(tally, take)
     rounded, spread = np.array(tally.rounded), np.array(tally.spread)
-    narrowing = protrusion = told = np.nan
+    narrowing = protrusion = narrower = np.nan
     if len(rounded) and len(spread):
         narrowing = float(spread[:, 0].mean() - rounded[:, 0].mean())
         protrusion = float(rounded[:, 1].mean() - spread[:, 1].mean())
-        told = float((rounded[:, None, 0] < spread[None, :, 0]).mean())
+        narrower = float((rounded[:, None, 0] < spread[None, :, 0]).mean())
     return PhoneMouthScore(
         seconds=tally.seconds,
         closures=ContactCount(*map(int, tally.closures)),
         labiodentals=ContactCount(*map(int, tally.labiodentals)),
         narrowing_mm=narrowing,
         protrusion_mm=protrusion,
-        rounding_told=told,
+        rounding_told=narrower,
         opening_r=float(np.mean(tally.correlations)) if tally.correlations else np.nan,
         rest=float(np.concatenate(tally.resting).mean()) if tally.resting else np.nan,
     )
@@ -246,11 +246,6 @@ def _add(tally: _Tally, take: SpokenTake) -> None:
 
 def labiodental_gap(motion: Motion) -> Float64Array:
     """How far the middle of the lower lip is from the edge of the upper incisors.
-
-    Parameters
-    ----------
-    motion : Motion
-        On a head with lips and teeth.
 
     Returns
     -------
@@ -288,22 +283,10 @@ def _incisor_edge(head: HeadModel) -> NDArray[np.integer]:
 def count_contacts(
     touching: NDArray[np.bool_], phones: Sequence[Label], wanted: str, fps: float
 ) -> ContactCount:
-    """Contacts that phones ask for, and contacts made.
+    """Contacts that phones ask for, "bilabial" or "labiodental", and contacts made.
 
-    Parameters
-    ----------
-    touching : (frame,) bool
-        Whether the lips, or lip and teeth, touch.
-    phones : sequence of (float, float, str)
-        Start in s, end in s and symbol of each phone, in order; what none covers is silence.
-    wanted : str
-        "bilabial" or "labiodental".
-    fps : float
-        Frames per second.
-
-    Returns
-    -------
-    ContactCount
+    touching: (frame,) whether the lips, or lip and teeth, touch. phones: in order; what none covers
+    is silence.
     """
     kinds = [(start, end, mouth_class(symbol)) for start, end, symbol in phones]
     silent = _silence(kinds, len(touching), fps)

@@ -31,20 +31,7 @@ LATEX = {
 
 
 def csv_text(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> str:
-    """A table as CSV.
-
-    Parameters
-    ----------
-    columns : sequence of str
-        Headings.
-    rows : sequence of sequence of Cell
-        Cells; an interval takes three columns: value, low, high.
-
-    Returns
-    -------
-    str
-        All digits.
-    """
+    """A table as CSV with all digits; an interval takes three columns: value, low, high."""
     wide = _with_intervals(columns, rows)
     text = io.StringIO()
     writer = csv.writer(text)
@@ -78,21 +65,9 @@ def latex_text(
     rows: Sequence[Sequence[Cell]],
     words: Sequence[bool] | None = None,
 ) -> str:
-    """A table as a tabular for the package booktabs.
+    """A table as a tabular for the package booktabs, with three digits; intervals take one column.
 
-    Parameters
-    ----------
-    columns : sequence of str
-        Headings.
-    rows : sequence of sequence of Cell
-        Cells; an interval takes one column.
-    words : sequence of bool, optional
-        Columns that stand to the left; by default those of texts.
-
-    Returns
-    -------
-    str
-        Three digits.
+    words: which columns stand to the left; by default those of texts.
     """
     words = words or [all(isinstance(row[k], str) for row in rows) for k in range(len(columns))]
     body = [" & ".join(latex_escaped(name) for name in columns) + r" \\", r"\midrule"]

@@ -1,4 +1,4 @@
-"""Recordings with known phone times, which alignments are compared with.
+"""Recordings with known phone times, and how far the path of an alignment is from the true one.
 
     FOLDER/WORD/NAME.wav  and  NAME.json   {"phones": [[start_s, end_s, phone], …]}
 
@@ -15,39 +15,32 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.alignment.alignment import WarpingPath
+from elocute.alignment.alignment import WarpingPath, check_path
 from elocute.array_types import Float32Array
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.errors import AlignmentError
-from elocute.evaluation.path_errors import TimeSpan, true_path
 from elocute.files.json_records import read_record
 from elocute.files.reading import FileKind
+from elocute.numerics.resampling import interpolate
 from elocute.one_line_repr import one_line
 
+TimeSpan = tuple[float, float]
+"""Start and end, s."""
 PhoneSpan = tuple[float, float, str]
 """Start in s, end in s, phone."""
 SAME_PHONES_MIN = 0.7
 """Share of two recordings' phones that must be the same for them to be a pair."""
 PHONES_MAX = 1000  # the time to compare two recordings grows with its square
 FILE_MAX_BYTES = 4_000_000
+POINTS_PER_FRAME = 20  # points per frame on a true curve, before it becomes cells
 
 
 @dataclass(frozen=True, eq=False)
 class TimedRecording:
     """One recording of a word, alone or in a sentence.
 
-    Parameters
-    ----------
-    name : str
-        Of the file.
-    view : (frame, feature) float
-        Features of the sound.
-    phones : tuple of (float, float, str)
-        Start in s, end in s and phone, in order.
-    word : (float, float), optional
-        Start and end of the word in a sentence, s.
-    rate : float
-        Frames of the view per second.
+    view: (frame, feature) of the sound, `rate` frames per second. phones: in order. word: where the
+    word lies in a sentence, s.
     """
 
     name: str
@@ -63,14 +56,8 @@ class TimedRecording:
 class RecordingPair:
     """Two recordings of which it is known what corresponds.
 
-    Parameters
-    ----------
-    source, target : TimedRecording
-        The recordings.
-    spans : tuple of pairs of (float, float)
-        Start and end in s of each phone in the source, and of the same phone in the target.
-    whole : bool
-        Whether the ends of both recordings correspond too.
+    spans: start and end in s of each phone in the source, and of the same phone in the target.
+    whole: whether the ends of both recordings correspond too.
     """
 
     source: TimedRecording
@@ -88,18 +75,7 @@ class RecordingPair:
 
 
 def word_pair(source: TimedRecording, target: TimedRecording) -> RecordingPair | None:
-    """Pair two recordings of a word.
-
-    Parameters
-    ----------
-    source, target : TimedRecording
-        The word alone, in both.
-
-    Returns
-    -------
-    RecordingPair or None
-        None where fewer than `SAME_PHONES_MIN` of the phones are the same.
-    """
+    """Pair two recordings of a word; None where too few of their phones are the same."""
     matched = matched_phones([p[2] for p in source.phones], [p[2] for p in target.phones])
     longest = max(len(source.phones), len(target.phones))
     if sum(same for _, _, same in matched) < SAME_PHONES_MIN * longest:
@@ -110,24 +86,9 @@ def word_pair(source: TimedRecording, target: TimedRecording) -> RecordingPair |
 
 
 def sentence_pair(sentence: TimedRecording, word: TimedRecording) -> RecordingPair | None:
-    """Pair a sentence with a recording of the word in it; only phones within the word are compared.
+    """Pair a sentence with a recording of its word, as `word_pair`, by the phones within the word.
 
-    Parameters
-    ----------
-    sentence : TimedRecording
-        With the place of the word.
-    word : TimedRecording
-        The word alone.
-
-    Returns
-    -------
-    RecordingPair or None
-        None where fewer than `SAME_PHONES_MIN` of the phones are the same.
-
-    Raises
-    ------
-    AlignmentError
-        For a sentence without the place of its word.
+    Raises AlignmentError for a sentence without the place of its word.
     """
     if sentence.word is None:
         raise AlignmentError.about(sentence.name, found="no word in it", allowed="a sentence")
@@ -139,18 +100,7 @@ def sentence_pair(sentence: TimedRecording, word: TimedRecording) -> RecordingPa
 
 
 def matched_phones(source: Sequence[str], target: Sequence[str]) -> list[tuple[int, int, bool]]:
-    """Match the phones of two recordings with the fewest edits.
-
-    Parameters
-    ----------
-    source, target : sequence of str
-        Phones in order.
-
-    Returns
-    -------
-    list of (int, int, bool)
-        Place in the source, place in the target, and whether the phones are the same.
-    """
+    """Places of the phones matched with the fewest edits, and whether the two are the same."""
     rows, columns = len(source), len(target)
     edits = np.zeros((rows + 1, columns + 1), np.intp)
     edits[:, 0], edits[0] = np.arange(rows + 1), np.arange(columns + 1)
@@ -158,38 +108,23 @@ def matched_phones(source: Sequence[str], target: Sequence[str]) -> list[tuple[i
         for j in range(1, columns + 1):
             swap = edits[i - 1, j - 1] + (source[i - 1] != target[j - 1])
             edits[i, j] = min(swap, edits[i - 1, j] + 1, edits[i, j - 1] + 1)
-    found, i, j = [], rows, columns
+    matches, i, j = [], rows, columns
     while i and j:
         same = source[i - 1] == target[j - 1]
         if edits[i, j] == edits[i - 1, j - 1] + (not same):
             i, j = i - 1, j - 1
-            found.append((i, j, same))
+            matches.append((i, j, same))
         elif edits[i, j] == edits[i - 1, j] + 1:
             i -= 1
         else:
             j -= 1
-    return found[::-1]
+    return matches[::-1]
 
 
 def read_phone_times(path: Path) -> tuple[tuple[PhoneSpan, ...], TimeSpan | None]:
-    """Read the phone times of a recording.
+    """Read the phones of a recording, and where the word lies in a sentence, from its .json.
 
-    Parameters
-    ----------
-    path : Path
-        A `.json`, as the module describes it.
-
-    Returns
-    -------
-    phones : tuple of (float, float, str)
-        Start in s, end in s and phone, in order.
-    word : (float, float) or None
-        Start and end of the word in a sentence, s.
-
-    Raises
-    ------
-    AlignmentError
-        For a file that is missing or invalid.
+    Raises AlignmentError for a file that is missing or invalid.
     """
     allowed = '{"phones": [[start_s, end_s, phone], …]}'
     record = read_record(path, FileKind(allowed, FILE_MAX_BYTES, AlignmentError))
@@ -214,3 +149,98 @@ def read_phone_times(path: Path) -> tuple[tuple[PhoneSpan, ...], TimeSpan | None
 def _in_order(times: NDArray[np.float64]) -> bool:
     """Whether times are finite and never decrease."""
     return bool(np.isfinite(times).all() and (np.diff(times.ravel()) >= -1e-6).all())
+
+
+def path_error(found: WarpingPath, true: WarpingPath) -> float:
+    """Mean distance in frames of each path's points from the nearest point of the other path.
+
+    Both (step, view) frames; 0 is the true path (Eq. 11 of Tzirakis et al. 2019). Raises
+    AlignmentError for paths of other shapes.
+    """
+    from scipy.spatial import KDTree
+
+    if found.ndim != 2 or true.ndim != 2 or found.shape[1] != true.shape[1]:
+        raise AlignmentError.about(
+            "paths", found=f"shapes {found.shape} and {true.shape}", allowed="(step, view) alike"
+        )
+    there, back = KDTree(true).query(found)[0], KDTree(found).query(true)[0]
+    return float((there.sum() + back.sum()) / (len(found) + len(true)))
+
+
+def intersection_over_union(first: TimeSpan, second: TimeSpan) -> float:
+    """Of two spans of time: 1 where they are the same, 0 where they do not meet."""
+    common = min(first[1], second[1]) - max(first[0], second[0])
+    union = max(first[1], second[1]) - min(first[0], second[0])
+    return max(0.0, common) / union if union > 0 else 1.0
+
+
+def carried_overlap(
+    found: WarpingPath, source: Sequence[TimeSpan], target: Sequence[TimeSpan], rate: float
+) -> float:
+    """Mean intersection over union, 0 to 1, of spans that a path carries from target to source.
+
+    found: (step, 2) frames of source and target, frame k standing for the time around k / rate.
+    source, target: the same spans in s (phones, or a word) in each. Raises AlignmentError for no
+    span, or other numbers of them.
+    """
+    if not source or len(source) != len(target):
+        raise AlignmentError.about(
+            "parts", found=f"{len(source)} and {len(target)}", allowed="equally many, one at least"
+        )
+    overlaps = [
+        intersection_over_union(_carried(found, part, rate), true)
+        for part, true in zip(target, source, strict=True)
+    ]
+    return float(np.mean(overlaps))
+
+
+def _carried(path: WarpingPath, part: TimeSpan, rate: float) -> TimeSpan:
+    """Where a span of the target lies in the source, interpolated along the path."""
+    places = np.array(part) * rate
+    targets, first = np.unique(path[:, 1], return_index=True)
+    means = np.add.reduceat(path[:, 0], first) / np.diff([*first, len(path)])
+    start, end = np.interp(places, targets, means)
+    return float(start / rate), float(end / rate)
+
+
+def true_path(
+    source: NDArray[np.floating],
+    target: NDArray[np.floating],
+    rate: float,
+    frames: tuple[int, int],
+    whole: bool = True,
+) -> WarpingPath:
+    """The path whose curve is piecewise linear between corresponding times.
+
+    source, target: (boundary,) times in s that never decrease and mean the same in both recordings.
+    rate: frames per second of both views, `frames` long. whole: whether the ends of both views
+    correspond too. Raises AlignmentError for fewer than two boundaries, other numbers of them, or
+    times that decrease.
+
+    Returns
+    -------
+    (step, 2) int
+        Frames of source and target.
+    """
+    if len(source) != len(target) or len(source) < 2 or rate <= 0:
+        raise AlignmentError.about(
+            "boundaries",
+            found=f"{len(source)} and {len(target)}",
+            allowed="equally many, two at least, at a rate above 0 Hz",
+        )
+    knots = np.stack([source, target], axis=1) * rate
+    if (np.diff(knots, axis=0) < 0).any() or not np.isfinite(knots).all():
+        raise AlignmentError.about("boundaries", found="times that go back", allowed="in order")
+    ends = np.array(frames) - 1.0
+    knots = np.clip(knots, 0, ends)
+    if whole:
+        knots = np.concatenate([[[0.0, 0.0]], knots, [ends]])
+    lengths = np.abs(np.diff(knots, axis=0)).max(axis=1)
+    along = np.concatenate([[0], np.cumsum(np.maximum(lengths, 1e-9))])
+    fine = np.linspace(0, along[-1], max(2, int(along[-1] * POINTS_PER_FRAME)))
+    curve = interpolate(along, knots, fine)
+    cells = np.unique(np.floor(curve + 0.5).astype(np.intp), axis=0)
+    # Cells of a curve that rises in both come out in order; sorting by the sum keeps ties so.
+    cells = cells[np.argsort(cells.sum(axis=1), kind="stable")]
+    check_path(cells, frames) if whole else None
+    return cells

@@ -1,4 +1,4 @@
-"""A predicted mouth against real talkers', tracked in video.
+"""Scores of a predicted mouth against those of real talkers, tracked in video.
 
 `tracked_mouths` reads the recordings. The predictor is a plain callable, so any model can be
 measured. Correlations are of each clip; amplitudes, shares of time and jerks of all frames of a
@@ -184,8 +184,6 @@ class MeasuredMouth:
 
     Attributes
     ----------
-    score : MouthScore
-        Of the recording.
     lag_rs : (lag,) float64
         Correlation of the opening at `LAGS_S`.
     predicted_mm, recorded_mm : (frame,) float64
@@ -194,7 +192,7 @@ class MeasuredMouth:
         Whether the lips touch.
     speaking : (frame,) bool
         Whether the frame belongs to speech, short pauses included.
-    jerk, real_jerk : (frame,) float64
+    jerk, real_jerk : (number,) float64
         In m/s³, of speech alone.
     seconds : float
         Of valid frames.
@@ -214,15 +212,7 @@ class MeasuredMouth:
 
 @dataclass(frozen=True, eq=False)
 class TrackedMouthReport:
-    """What `evaluate_tracked_mouths` finds.
-
-    Attributes
-    ----------
-    groups : list of GroupScore
-        Everybody; then each language and each talker, where there are several talkers.
-    clips : list of MouthScore
-        One for each recording.
-    """
+    """Scores of groups (everybody; then each language and talker, if several) and recordings."""
 
     groups: list[GroupScore]
     clips: list[MouthScore]
@@ -234,22 +224,12 @@ class TrackedMouthReport:
 
 
 def heard_speech(sound: Path) -> NDArray[np.bool_]:
-    """Where somebody speaks, as the phone encoder hears it.
-
-    Parameters
-    ----------
-    sound : Path
-        A sound file.
+    """Where somebody speaks in a sound file, as the phone encoder hears it. Raises AudioError.
 
     Returns
     -------
     (row,) bool
         At FEATURE_RATE. Pauses shorter than `REST_AFTER_S` belong to the speech around them.
-
-    Raises
-    ------
-    AudioError
-        For a file that cannot be read.
     """
     samples = read_audio(sound, sample_rate=SPEECH_RATE).samples
     speaking = np.exp(builtin_encoder().encode(samples)[:, SILENCE]) < 0.5
@@ -267,21 +247,9 @@ def measure_tracked_mouth(
 ) -> MeasuredMouth:
     """Compare a prediction with its recording.
 
-    Parameters
-    ----------
-    recorded : TrackedMouth
-        The recording.
-    predicted : Curves
-        `opening_mm` and `width_mm`, perhaps `protrusion_mm`, as from `measure_as_tracked`.
-    eye_distance_mm : float
-        Distance of the outer eye corners of the predicted head, mm.
-    speaking : (row,) bool
-        As `heard_speech` gives it.
-
-    Returns
-    -------
-    MeasuredMouth
-        Of this recording.
+    predicted: `opening_mm` and `width_mm`, perhaps `protrusion_mm`, as from `measure_as_tracked`.
+    eye_distance_mm: between the outer eye corners of the predicted head. speaking: (row,) as from
+    `heard_speech`.
     """
     times = np.arange(len(predicted.values)) / predicted.fps
     tracks = {
@@ -289,23 +257,23 @@ def measure_tracked_mouth(
         for name in MEASURED
         if f"{name}_mm" in predicted.names
     }
-    found = {
+    correlations = {
         name: _correlate(recorded, getattr(recorded, name), times, tracks.get(name))
         for name in MEASURED
     }
     opening, valid = tracks["opening"], recorded.valid
     met = _closures(recorded.words, times, opening)
     real = _closures(recorded.words, recorded.times_s[valid], recorded.opening[valid])
-    best = {name: int(np.argmax(rs)) for name, (_, rs) in found.items()}
+    best = {name: int(np.argmax(rs)) for name, (_, rs) in correlations.items()}
     middle = len(LAGS_S) // 2
     seals = _seals(recorded, opening * eye_distance_mm, predicted.fps)
     score = MouthScore(
         recorded.name,
         recorded.talker,
         recorded.language,
-        **{f"{name}_r": raw for name, (raw, _) in found.items()},
-        **{f"{name}_synced_r": float(rs[middle]) for name, (_, rs) in found.items()},
-        **{f"{name}_best_r": float(rs[best[name]]) for name, (_, rs) in found.items()},
+        **{f"{name}_r": raw for name, (raw, _) in correlations.items()},
+        **{f"{name}_synced_r": float(rs[middle]) for name, (_, rs) in correlations.items()},
+        **{f"{name}_best_r": float(rs[best[name]]) for name, (_, rs) in correlations.items()},
         opening_lag_s=float(LAGS_S[best["opening"]]),
         **dict(zip(("closures_met", "closures", "false_met", "others"), met, strict=True)),
         real_closures_met=real[0],
@@ -313,7 +281,7 @@ def measure_tracked_mouth(
         **dict(zip(("seals_right", "seals_false", "seals_missed"), seals, strict=True)),
     )
     return _at_the_same_moments(
-        recorded, score, found["opening"][1], times, opening, eye_distance_mm, speaking
+        recorded, score, correlations["opening"][1], times, opening, eye_distance_mm, speaking
     )
 
 
@@ -348,19 +316,7 @@ def _at_the_same_moments(
 
 
 def group_score(group: str, mouths: Sequence[MeasuredMouth]) -> GroupScore:
-    """What recordings have in common.
-
-    Parameters
-    ----------
-    group : str
-        What to call them.
-    mouths : sequence of MeasuredMouth
-        One or more.
-
-    Returns
-    -------
-    GroupScore
-    """
+    """What one recording or more have in common; `group` is what they are called."""
     scores = [mouth.score for mouth in mouths]
 
     def mean(field: str) -> float:

@@ -39,18 +39,9 @@ FIELDS_FILE = FileKind(ALLOWED, FIELDS_MAX_BYTES)
 
 @dataclass(frozen=True)
 class TrackedClip:
-    """Where one recording lies, and whose it is.
+    """Where one recording's .npz lies, whose it is, and in which language ("" where none is named).
 
-    Attributes
-    ----------
-    path : Path
-        Its `.npz`.
-    talker : str
-        Who speaks.
-    language : str
-        As the manifest names it, "" where nothing does.
-    offset_s : float
-        How late the tracked mouth is against the sound, s.
+    offset_s: how late the tracked mouth is against the sound.
     """
 
     path: Path
@@ -65,8 +56,6 @@ class TrackedMouth:
 
     Attributes
     ----------
-    name : str
-        Of the recording.
     sound : Path
         The sound beside it.
     times_s : (frame,) float64
@@ -78,10 +67,8 @@ class TrackedMouth:
         Whether the mouth was seen.
     words : list of (float, float, str)
         Start in s, end in s and word.
-    talker, language : str
+    talker, language, offset_s
         As in `TrackedClip`.
-    offset_s : float
-        How late the mouth is against the sound, s.
     phones : tuple of (float, float, str) or None
         Start in s, end in s and ARPAbet phone, where a file beside the clip tells them.
     """
@@ -103,24 +90,10 @@ class TrackedMouth:
 
 
 def find_tracked_mouths(folder: str | Path, names: list[str] | None = None) -> list[TrackedClip]:
-    """Find the recordings of a folder in either layout.
+    """Find the recordings of a folder in either layout, by name or in the order of `names`.
 
-    Parameters
-    ----------
-    folder : str or Path
-        The folder.
-    names : list of str, optional
-        Recordings to take; all by default.
-
-    Returns
-    -------
-    list of TrackedClip
-        Sorted by name, or in the order of `names`.
-
-    Raises
-    ------
-    InputError
-        Where there is none, or one is missing, and for a manifest that cannot be read.
+    Raises InputError where there is none, or one is missing, and for a manifest that cannot be
+    read.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -135,8 +108,8 @@ def find_tracked_mouths(folder: str | Path, names: list[str] | None = None) -> l
         paths = sorted(place.glob("*.npz"))
     missing = [path for path in paths if not path.is_file()]
     if missing or not paths:
-        found = f"{missing[0].name} is missing" if missing else "no .npz file"
-        raise InputError.about(place, found=found, allowed="NAME.npz with NAME.ogg beside it")
+        fault = f"{missing[0].name} is missing" if missing else "no .npz file"
+        raise InputError.about(place, found=fault, allowed="NAME.npz with NAME.ogg beside it")
     plain = folder.parent.name if folder.name == CLIPS else folder.name
     return [(about or {}).get(path.stem, TrackedClip(path, plain)) for path in paths]
 
@@ -170,22 +143,10 @@ def _of_manifest(clip: Mapping[str, Any], path: Path) -> TrackedClip:
 
 
 def read_tracked_mouth(clip: TrackedClip | Path) -> TrackedMouth:
-    """Read one recording.
+    """Read one recording, as `find_tracked_mouths` finds it or its `.npz`.
 
-    Parameters
-    ----------
-    clip : TrackedClip or Path
-        As `find_tracked_mouths` finds it, or its `.npz`.
-
-    Returns
-    -------
-    TrackedMouth
-        The recorded mouth.
-
-    Raises
-    ------
-    InputError
-        For a missing field or sound, too few valid frames, or numbers that are not finite.
+    Raises InputError for a missing field or sound, too few valid frames, or numbers that are not
+    finite.
     """
     if isinstance(clip, Path):
         clip = TrackedClip(clip, clip.parent.name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -220,24 +221,24 @@ def _picked(path: Path, template: NDArray[np.floating] | None) -> NDArray[np.int
         raise CorpusError.about(path, found="no picked points", allowed=ALLOWED)
     mesh = np.asarray(template, np.float64)
     size = float(np.ptp(mesh, axis=0).max())
-    found = []
+    vertices = []
     for row in rows:
         away = np.linalg.norm(mesh - np.array(row), axis=1)
-        found.append(int(away.argmin()))
+        vertices.append(int(away.argmin()))
         if away.min() > PICKED_OFF_SHARE * size:
             raise CorpusError.about(
                 path,
                 found=f"a point {float(away.min()):.3g} off the neutral face, {size:.3g} large",
                 allowed="points picked on it, in its unit",
             )
-    return np.array(found, np.int64)
+    return np.array(vertices, np.int64)
 
 
 def _check(path: Path, numbers: NDArray[Any], vertex_count: int) -> None:
     """Raise CorpusError for anything but a list of vertices of the topology."""
     if numbers.ndim != 1 or not len(numbers) or numbers.dtype.kind not in "iu":
-        found = f"{numbers.dtype} of shape {numbers.shape}"
-        raise CorpusError.about(path, found=found, allowed="one list of whole numbers")
+        kind = f"{numbers.dtype} of shape {numbers.shape}"
+        raise CorpusError.about(path, found=kind, allowed="one list of whole numbers")
     if numbers.min() < 0 or numbers.max() >= vertex_count:
         wrong = numbers.min() if numbers.min() < 0 else numbers.max()
         raise CorpusError.about(
@@ -260,14 +261,6 @@ def _from_text(path: Path) -> NDArray[Any]:
     return np.array([int(word) for word in words], np.int64)
 
 
-def _from_npy(path: Path) -> NDArray[Any]:
-    return read_npy(path, REGIONS_FILE)
-
-
-def _from_npz(path: Path) -> dict[str, NDArray[Any]]:
-    return read_npz(path, REGIONS_FILE)
-
-
 def _from_pickle(path: Path) -> Any:
     try:
         return read_pickle(path, max_bytes=FILE_MAX_BYTES)
@@ -278,7 +271,7 @@ def _from_pickle(path: Path) -> Any:
 _READERS: dict[str, Callable[[Path], Any]] = {
     ".json": _from_json,
     ".txt": _from_text,
-    ".npy": _from_npy,
-    ".npz": _from_npz,
+    ".npy": partial(read_npy, kind=REGIONS_FILE),
+    ".npz": partial(read_npz, kind=REGIONS_FILE),
     ".pkl": _from_pickle,
 }

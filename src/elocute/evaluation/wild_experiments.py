@@ -10,9 +10,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from elocute.capture.blendshapes.basis_comparison import (
-    ReconstructionErrors,
-)
+from elocute.capture.blendshapes.basis_comparison import ReconstructionErrors
 from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.shards import Shards
 from elocute.errors import CorpusError, InputError
@@ -36,15 +34,12 @@ from elocute.evaluation.wild_scores import (
 )
 from elocute.files.work_folder import MODEL
 from elocute.one_line_repr import one_line
-from elocute.training.crnn.export import export_crnn
-from elocute.training.crnn.feature_cache import (
-    FeatureCache,
-    cache_features,
-)
+from elocute.training.crnn.feature_cache import FeatureCache, cache_features
 from elocute.training.crnn.fit import TrainedCrnn, fit
+from elocute.training.crnn.run import export_crnn
 from elocute.training.crnn.settings import CrnnTrainConfig
 from elocute.training.crnn.training_data import select_training_data
-from elocute.training.training_log import Report
+from elocute.training.epochs import Report
 
 PAPER = {
     "speaker validation": 0.679,
@@ -88,16 +83,16 @@ class WildStudy:
         """Numbers by name, for reports; None for what is not available."""
         return {
             "paper": PAPER,
-            "concordance": {name: found.record() for name, found in self.concordance.items()},
+            "concordance": {name: result.record() for name, result in self.concordance.items()},
             "bases_mm": {
-                found.name: {"components": found.components, "mean_mm": found.mean_mm}
-                for found in self.bases
+                result.name: {"components": result.components, "mean_mm": result.mean_mm}
+                for result in self.bases
             },
             "talker": {
                 name: {
-                    key: value if value == value else None for key, value in asdict(found).items()
+                    key: value if value == value else None for key, value in asdict(result).items()
                 }
-                for name, found in self.talker.items()
+                for name, result in self.talker.items()
             },
         }
 
@@ -186,18 +181,7 @@ def study_wild(
 
 
 def check_trainings(names: Sequence[str]) -> None:
-    """Check which trainings are asked for.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Some of `TRAININGS`.
-
-    Raises
-    ------
-    InputError
-        For an unknown name, or where "speaker" is missing.
-    """
+    """Raise InputError for a training that is not in `TRAININGS`, or where "speaker" is missing."""
     if "speaker" not in names or not set(names) <= set(TRAININGS):
         raise InputError.about(
             f"`trainings` {', '.join(names)}",
@@ -256,29 +240,9 @@ def train_one(
     folder: Path,
     report: Report | None = None,
 ) -> TrainedCrnn:
-    """Run one training, or resume it; its model is left in its folder.
+    """Run one of `TRAININGS`, or resume it; its model is left in its folder, made if need be.
 
-    Parameters
-    ----------
-    shards : Shards
-        With the basis.
-    features : FeatureCache
-        Clips of the shards.
-    training : str
-        One of `TRAININGS`.
-    clips : ExperimentClips
-        Its clips.
-    config : CrnnTrainConfig
-        Its settings, but for the loss of "mse".
-    folder : Path
-        Made where it does not exist.
-    report : callable, optional
-        Receives the progress.
-
-    Returns
-    -------
-    TrainedCrnn
-        The network.
+    config: its settings, but for the loss of "mse".
     """
     folder.mkdir(exist_ok=True)
     loss = "mse" if training == "mse" else config.loss

@@ -39,15 +39,10 @@ SPLIT_FILE = FileKind(SPLIT_ALLOWED, 16_000_000)
 
 @dataclass(frozen=True)
 class ExperimentClips:
-    """The clips of one experiment.
+    """The clips of one experiment: to learn from, to choose the epoch by, and to measure on.
 
-    Attributes
-    ----------
-    train, validation : list of CachedClip
-        To learn from, and to choose the epoch by.
-    measured : dict of str to list of CachedClip
-        "validation" and "test": recordings of speakers that are not trained on. "participant": a
-        captured speaker of the test part; only where other clips were carried over.
+    measured: "validation" and "test", recordings of speakers that are not trained on;
+    "participant", a captured speaker of the test part, only where other clips were carried over.
     """
 
     train: list[CachedClip]
@@ -63,28 +58,10 @@ def experiment_clips(
 ) -> ExperimentClips:
     """Select the clips of one of `TRAININGS`.
 
-    "word" trains on words that its validation and test do not contain; clips of whole sentences are
-    left out of it, as they contain words of both.
-
-    Parameters
-    ----------
-    features : FeatureCache
-        Clips and their features.
-    training : str
-        One of `TRAININGS`.
-    config : CrnnTrainConfig
-        Says whether captured clips are trained on.
-    held_out : sequence of str, optional
-        Words that "word" holds out; by default one in `HELD_OUT`, chosen by a hash.
-
-    Returns
-    -------
-    ExperimentClips
-
-    Raises
-    ------
-    CorpusError
-        Where a part has no clip, or no clip has a word that is held out.
+    "word" trains on words that its validation and test do not contain (`held_out`; by default one
+    in `HELD_OUT`, chosen by a hash); clips of whole sentences are left out of it, as they contain
+    words of both. config says whether captured clips are trained on. Raises CorpusError where a
+    part has no clip, or no clip has a word that is held out.
     """
     if held_out is None:
         held_out = held_out_words([row.word for row in features.clips])
@@ -116,18 +93,7 @@ def experiment_clips(
 
 
 def held_out_words(words: Sequence[str]) -> tuple[str, ...]:
-    """One word in `HELD_OUT`, chosen by a hash and so independent of what else is there.
-
-    Parameters
-    ----------
-    words : sequence of str
-        Words of the shards.
-
-    Returns
-    -------
-    tuple of str
-        Sorted.
-    """
+    """One word in `HELD_OUT`, sorted, chosen by a hash and so independent of what else is there."""
     order = sorted({w for w in words if w != SENTENCE}, key=_hash)
     return tuple(sorted(order[: max(1, len(order) // HELD_OUT)]))
 
@@ -140,20 +106,7 @@ def _hash(word: str) -> str:
 def read_held_out(path: str | Path) -> tuple[str, ...]:
     """Read which words are held out, from split.json as `recipes.build_words` writes it.
 
-    Parameters
-    ----------
-    path : str or Path
-        A JSON file.
-
-    Returns
-    -------
-    tuple of str
-        Words.
-
-    Raises
-    ------
-    InputError
-        For a file without them.
+    Raises InputError for a file without them.
     """
     record = read_record(path, SPLIT_FILE)
     words = record.get("words")
@@ -164,26 +117,10 @@ def read_held_out(path: str | Path) -> tuple[str, ...]:
 
 
 def exact_parameters(shards: Shards, exact: Shards, fps: float) -> dict[str, Float32Array]:
-    """Read the exact parameters of the clips of shards, as far as they are known.
+    """Exact parameters (frame, parameter) of the clips of shards at `fps`, as far as they are
+    known.
 
-    Parameters
-    ----------
-    shards : Shards
-        Clips with parameters that were carried over.
-    exact : Shards
-        Some of the same clips with exact parameters of the same basis.
-    fps : float
-        Frames per second that are wanted.
-
-    Returns
-    -------
-    dict of str to (frame, parameter) float32
-        By the name of the clip.
-
-    Raises
-    ------
-    CorpusError
-        For another basis.
+    exact: some of the same clips with parameters of the same basis; CorpusError for another.
     """
     ours, theirs = (each.basis.head.expression_basis for each in (shards, exact))
     if ours.shape != theirs.shape or not np.allclose(ours, theirs, atol=1e-6):

@@ -1,4 +1,4 @@
-"""What the experiments in the wild measure (Tzirakis et al. 2019, sections 6.3 and 6.4).
+"""Scores of the experiments in the wild (Tzirakis et al. 2019, sections 6.3 and 6.4).
 
 A trained network on parts of the shards, under noise and on continuous speech; what was carried
 over; bases of shapes; a real talker.
@@ -27,20 +27,13 @@ from elocute.corpus.shards import Shards
 from elocute.errors import AudioError, CorpusError
 from elocute.evaluation.concordance import ConcordanceScore, score_concordance
 from elocute.evaluation.tracked_mouth_scores import GroupScore, evaluate_tracked_mouths
-from elocute.evaluation.wild_parts import (
-    ExperimentClips,
-)
+from elocute.evaluation.wild_parts import ExperimentClips
 from elocute.head.builtin import load_builtin_head
 from elocute.models.crnn_network import JOINS, CrnnNetwork, stream_weights
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.motion.mouth_measures import measure_as_tracked
 from elocute.networks.crnn import Crnn, SharedCrnn
-from elocute.training.crnn.feature_cache import (
-    CachedClip,
-    FeatureCache,
-    at_rate,
-    clip_features,
-)
+from elocute.training.crnn.feature_cache import CachedClip, FeatureCache, at_rate, clip_features
 from elocute.training.crnn.fit import TrainedCrnn, predict_clips
 from elocute.training.crnn.loss import explained_shares
 
@@ -60,27 +53,11 @@ def score_training(
     known: Mapping[str, Float32Array],
     shares: Float32Array,
 ) -> dict[str, ConcordanceScore]:
-    """Concordance of a trained network on each part that it is measured on.
+    """Concordance of a trained network on each part: "speaker test", "speaker test, exact" and so
+    on.
 
-    Parameters
-    ----------
-    trained : TrainedCrnn
-        The network.
-    features : FeatureCache
-        Clips of the shards.
-    training : str
-        Begins the names of the rows.
-    clips : ExperimentClips
-        What is measured on.
-    known : mapping of str to (frame, parameter) float32
-        Exact parameters by clip; parts without any have no row of them.
-    shares : (parameter,) float32
-        As for `score_concordance`.
-
-    Returns
-    -------
-    dict of str to ConcordanceScore
-        "speaker test" and "speaker test, exact", for example.
+    training begins the names of the rows. known: exact parameters (frame, parameter) by clip; parts
+    without any have no row of them. shares: (parameter,) as for `score_concordance`.
     """
     table = dict[str, ConcordanceScore]()
     for part, rows in clips.measured.items():
@@ -99,25 +76,10 @@ def score_carried(
     known: Mapping[str, Float32Array],
     shares: Float32Array,
 ) -> dict[str, ConcordanceScore]:
-    """Concordance of parameters that were carried over with the exact ones.
+    """Concordance of parameters that were carried over with the exact ones: "carried, speaker
+    train".
 
-    Parameters
-    ----------
-    features : FeatureCache
-        Clips of the shards.
-    training : str
-        Whose clips these are.
-    clips : ExperimentClips
-        What is measured on.
-    known : mapping of str to (frame, parameter) float32
-        Exact parameters by clip.
-    shares : (parameter,) float32
-        As for `score_concordance`.
-
-    Returns
-    -------
-    dict of str to ConcordanceScore
-        "carried, speaker train" and the like, for parts that hold clips carried over.
+    Arguments are those of `score_training`; only parts that hold clips carried over have a row.
     """
     table = dict[str, ConcordanceScore]()
     for part, rows in {"train": clips.train, **clips.measured}.items():
@@ -132,16 +94,16 @@ def _exact_pairs(
     rows: Sequence[CachedClip], values: Sequence[Float32Array], known: Mapping[str, Float32Array]
 ) -> tuple[list[Float32Array], list[Float32Array]] | None:
     """Values of the clips whose exact parameters are known, and those; None for no such clip."""
-    found: list[Float32Array] = []
+    matched: list[Float32Array] = []
     true: list[Float32Array] = []
     for row, value in zip(rows, values, strict=True):
         wanted = known.get(row.clip)
         if wanted is None:
             continue
         count = min(len(value), len(wanted))
-        found.append(np.asarray(value[:count]))
+        matched.append(np.asarray(value[:count]))
         true.append(wanted[:count])
-    return (found, true) if found else None
+    return (matched, true) if matched else None
 
 
 def evenly(rows: Sequence[CachedClip], count: int) -> list[CachedClip]:
@@ -159,29 +121,9 @@ def score_noise(
     snr_db: float,
     shares: Float32Array,
 ) -> ConcordanceScore:
-    """Concordance on clips with noise under them.
+    """Concordance on clips of the test part with noise, "white" or "babble", under them.
 
-    Parameters
-    ----------
-    network : Crnn
-        A trained network.
-    shards : Shards
-        With the sounds.
-    features : FeatureCache
-        Clips of the shards.
-    rows : sequence of CachedClip
-        Clips of the test part to measure on.
-    kind : str
-        "white" or "babble".
-    snr_db : float
-        Level of the speech over the noise, dB.
-    shares : (parameter,) float32
-        As for `score_concordance`.
-
-    Returns
-    -------
-    ConcordanceScore
-        Over these clips.
+    snr_db: level of the speech over the noise. shares: (parameter,) as for `score_concordance`.
     """
 
     def noisy(sound: Waveform) -> Waveform:
@@ -228,30 +170,9 @@ def score_sentences(
 ) -> ConcordanceScore:
     """Concordance on continuous speech, whose true motion is projected onto the basis.
 
-    Parameters
-    ----------
-    corpus : Corpus
-        Continuous speech.
-    names : sequence of str
-        Its clips to measure.
-    basis : (parameter, vertex, 3) float32
-        What the parameters weigh, m.
-    fps : float
-        Frames per second of the prediction.
-    shares : (parameter,) float32
-        As for `score_concordance`.
-    predict : callable
-        Takes a Waveform and gives parameters (frame, parameter).
-
-    Returns
-    -------
-    ConcordanceScore
-        Over all clips.
-
-    Raises
-    ------
-    CorpusError
-        For another topology than the basis's.
+    basis: (parameter, vertex, 3) m. fps: of what `predict` makes of a sound, (frame, parameter).
+    shares: (parameter,) as for `score_concordance`. Raises CorpusError for another topology than
+    the basis's.
     """
     flat = basis.reshape(len(basis), -1).astype(np.float64)
     if flat.shape[1] != corpus.vertex_count * 3:
@@ -268,42 +189,11 @@ def score_sentences(
         moved = corpus.displacements(name)
         wanted = (moved.reshape(len(moved), -1) @ onto).astype(np.float32)
         wanted = at_rate(wanted, corpus.fps, fps)
-        found = predict(corpus.sound(name))
-        count = min(len(found), len(wanted))
-        predicted.append(found[:count])
+        parameters = predict(corpus.sound(name))
+        count = min(len(parameters), len(wanted))
+        predicted.append(parameters[:count])
         true.append(wanted[:count])
     return score_concordance(predicted, true, shares)
-
-
-def compare_bases(
-    corpus: Corpus, names: Sequence[str], speech: Float32Array, arkit: Float32Array
-) -> list[ReconstructionErrors]:
-    """Mean distance that bases leave of clips (Tzirakis et al. 2019, section 6.3).
-
-    Parameters
-    ----------
-    corpus : Corpus
-        Continuous speech.
-    names : sequence of str
-        Its clips to measure.
-    speech : (component, vertex, 3) float32
-        Speech blendshapes, m.
-    arkit : (shape, vertex, 3) float32
-        ARKit's shapes, m.
-
-    Returns
-    -------
-    list of ReconstructionErrors
-        Of the speech blendshapes, of all ARKit shapes, and of as many ARKit shapes as there are
-        speech blendshapes, those that fit these clips best.
-    """
-    chosen = arkit[strongest_shapes(corpus, names, arkit, len(speech))]
-    bases = [
-        BasisProjection("speech", speech),
-        BasisProjection("arkit", arkit),
-        BasisProjection(f"arkit best {len(chosen)}", chosen),
-    ]
-    return reconstruction_errors(corpus, names, bases)
 
 
 def score_continuous_speech(
@@ -328,38 +218,35 @@ def score_continuous_speech(
 def compare_with_arkit(
     corpus: Corpus, names: Sequence[str], shards: Shards
 ) -> list[ReconstructionErrors]:
-    """`compare_bases` with ARKit's shapes of the built-in head; empty on another mesh."""
+    """Mean distance that bases leave of clips (Tzirakis et al. 2019, section 6.3), mm.
+
+    Of the speech blendshapes, of all ARKit shapes of the built-in head, and of as many of these as
+    there are speech blendshapes, those that fit these clips best; empty on another mesh.
+    """
     head = load_builtin_head()
     if corpus.vertex_count != head.vertex_count:
         return []
     places = [head.expression_names.index(n) for n in ARKIT_NAMES if n in head.expression_names]
     speech = shards.basis.head.expression_basis
-    return compare_bases(corpus, names, speech, head.expression_basis[places])
+    arkit = head.expression_basis[places]
+    chosen = arkit[strongest_shapes(corpus, names, arkit, len(speech))]
+    bases = [
+        BasisProjection("speech", speech),
+        BasisProjection("arkit", arkit),
+        BasisProjection(f"arkit best {len(chosen)}", chosen),
+    ]
+    return reconstruction_errors(corpus, names, bases)
 
 
 def score_talker(
     folder: Path, model: Path, names: list[str] | None = None, contacts: str = "auto"
 ) -> dict[str, GroupScore]:
-    """A real talker's mouth: the recurrent model beside VOCA and the rules.
+    """A real talker's mouth, by model: the recurrent model (.onnx) beside VOCA and the rules.
 
-    Parameters
-    ----------
-    folder : Path
-        Tracked recordings, as for `evaluate_tracked_mouths`.
-    model : Path
-        The recurrent model (.onnx).
-    names : list of str, optional
-        Recordings to take; all by default.
-    contacts : str
-        As `animate` takes it.
-
-    Returns
-    -------
-    dict of str to GroupScore
-        By model.
+    folder, names: recordings as for `evaluate_tracked_mouths`. contacts: as `animate` takes it.
     """
     eye_mm = 1000 * load_builtin_head().eye_distance_m
-    found = {}
+    by_model = {}
     for name, chosen in (("crnn", model), ("voca", "voca"), ("articulation", "articulation")):
         report = evaluate_tracked_mouths(
             folder,
@@ -369,5 +256,5 @@ def score_talker(
             eye_mm,
             names=names,
         )
-        found[name] = report.summary
-    return found
+        by_model[name] = report.summary
+    return by_model

@@ -21,16 +21,8 @@ from elocute.motion.curves import ARKIT_NAMES, Curves, curves_from_motion
 from elocute.motion.motion import Motion
 from elocute.numerics.quaternions import multiply, no_turn, to_axis_angle
 
-POSE_COLUMNS = (
-    "HeadYaw",
-    "HeadPitch",
-    "HeadRoll",
-    "LeftEyeYaw",
-    "LeftEyePitch",
-    "LeftEyeRoll",
-    "RightEyeYaw",
-    "RightEyePitch",
-    "RightEyeRoll",
+POSE_COLUMNS = tuple(
+    f"{part}{turn}" for part in ("Head", "LeftEye", "RightEye") for turn in ("Yaw", "Pitch", "Roll")
 )
 SIXTIETHS = 60
 """Frames that a second of a timecode has."""
@@ -103,17 +95,12 @@ def write_csv(
 
 
 def head_poses(motion: Motion) -> NDArray[np.float64] | None:
-    """How far the head is turned, neck and head together.
-
-    Parameters
-    ----------
-    motion : Motion
-        Any.
+    """How far the head is turned, neck and head together; None where no joint turns.
 
     Returns
     -------
     (frame, 3) float64 or None
-        Yaw, pitch and roll in half turns; None where no joint turns.
+        Yaw, pitch and roll in half turns.
     """
     if motion.rotations is None:
         return None

@@ -1,21 +1,30 @@
-"""Converts a motion of the built-in head to weights and joint turns of a character."""
+"""Converts a motion of the built-in head to weights and joint turns of a character.
+
+What its own shapes do to its mouth is measured on the mesh in its file.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from elocute.array_types import Float32Array, Float64Array
-from elocute.export.character_mouth import measured_mouth, mouth_controls
+from elocute.array_types import Float32Array, Float64Array, IntArray
+from elocute.errors import ElocuteError, HeadError
 from elocute.head.character import Character, Control, Turn
+from elocute.meshes.gltf_arrays import GltfArrays
 from elocute.meshes.gltf_nodes import NodeTree, rest_turn, without_matrix
+from elocute.meshes.parts import document_parts
 from elocute.motion.control_fit import fit_controls, is_of_mouth
 from elocute.motion.motion import Motion
+from elocute.motion.mouth_seam import MeasuredMouth, find_mouth
 from elocute.numerics.quaternions import from_axis_angle, multiply, no_turn
 
+OPENERS = 3
+"""Shapes that open the jaw widest, by which together a mouth is found."""
 SWITCHED = 0.5
 """From this weight on a control that is off or on is on."""
 STILL = 1e-6
@@ -29,40 +38,18 @@ OVERRIDDEN: dict[str, Callable[[str], bool]] = {
 
 @dataclass(frozen=True, eq=False)
 class CharacterMotion:
-    """What moves in a character's file.
+    """What moves in a character's file."""
 
-    Attributes
-    ----------
-    weights : dict of int to (frame, target) float32
-        Of the morph targets, by node.
-    turns : dict of int to (frame, 4) float32
-        Quaternions xyzw of joints that turn, by node, in place of their rest.
-    controls : dict of str to (frame,) float32
-        Weights of the controls, by name.
-    residual_mm : dict of str to float
-        How far a fitted mouth is from the motion, in the built-in head's size; {} without one.
-    """
-
-    weights: dict[int, Float32Array]
+    weights: dict[int, Float32Array]  # (frame, target) of the morph targets, by node
+    # (frame, 4) quaternions xyzw of joints that turn, by node, in place of their rest
     turns: dict[int, Float32Array]
-    controls: dict[str, Float32Array]
+    controls: dict[str, Float32Array]  # (frame,) weights of the controls, by name
+    # how far a fitted mouth is from the motion, in the built-in head's size; {} without one
     residual_mm: dict[str, float]
 
 
 def character_motion(motion: Motion, character: Character) -> CharacterMotion:
-    """Move a character as a motion moves the built-in head.
-
-    Parameters
-    ----------
-    motion : Motion
-        Of the built-in head.
-    character : Character
-        The character.
-
-    Returns
-    -------
-    CharacterMotion
-    """
+    """What moves in a character's file where a motion of the built-in head is played on it."""
     controls, residual = _control_weights(motion, character)
     tree = NodeTree(character.document)
     turns: dict[int, Float32Array] = {}
@@ -98,8 +85,7 @@ def _overridden(
 ) -> dict[str, Float32Array]:
     """Weights without what expressions of a VRM take away of blinks, gaze and mouth.
 
-    One of the same kind takes nothing of its own; one that is off or on is off where anything is
-    taken.
+    One of the same kind takes nothing of its own; a switch is off where anything is taken.
     """
     left = {}
     for kind in OVERRIDDEN:
@@ -196,10 +182,75 @@ def _without_leaps(turns: Float64Array) -> Float64Array:
     return turns * signs[:, None]
 
 
-def told(character: Character, moved: CharacterMotion) -> dict[str, Any]:
+def conversion_record(character: Character, moved: CharacterMotion) -> dict[str, Any]:
     """What was done, for the file."""
     record: dict[str, Any] = {
         "controls": [control.name for control in character.controls if control.binds],
         "joints": [turn.node for turn in character.turns if turn.node in moved.turns],
     }
     return record | ({"residual_mm": moved.residual_mm} if moved.residual_mm else {})
+
+
+def mouth_controls(character: Character) -> list[Control]:
+    """What moves a character's mouth: all that is fitted, or else what takes curves of a mouth."""
+    fitted = [each for each in character.controls if each.fitted]
+    return fitted or [each for each in character.controls if any(map(is_of_mouth, each.looks))]
+
+
+def measured_mouth(character: Character) -> MeasuredMouth | None:
+    """The mouth of a character, with the effects of `mouth_controls`.
+
+    None where its mesh cannot be read, or has no lips that these part.
+    """
+    controls = mouth_controls(character)
+    openers = [each for each in controls if each.binds and each.looks.get("jawOpen", 0.0) > 0]
+    openers.sort(key=lambda each: -each.looks["jawOpen"])
+    try:
+        with np.errstate(all="ignore"):
+            mesh = _Mesh(character)
+            drop = -np.sum([mesh.moved(each)[:, 1] for each in openers[:OPENERS]], axis=0)
+            mouth = find_mouth(
+                mesh.points,
+                mesh.triangles,
+                drop,
+                lambda used: np.stack([mesh.moved(each, used) for each in controls]),
+            )
+        return mouth if mouth is not None and np.isfinite(mouth.effects).all() else None
+    # It speaks without: nothing else needs its vertices, which may be damaged or packed.
+    except (ElocuteError, ArithmeticError, ValueError, TypeError, LookupError, MemoryError):
+        return None
+
+
+class _Mesh:
+    """The meshes of a character that are moved, in one space: x to its left, y up, z ahead."""
+
+    def __init__(self, character: Character) -> None:
+        document = character.document
+        plain: dict[str, Any] = {"images": []}
+        plain["materials"] = [{} for _ in document.records("materials")]
+        bare = replace(document, record=document.record | plain)
+        parts = [(p, p.origin) for p in document_parts(bare, Path(character.name), HeadError)]
+        self._parts = [(p, at) for p, at in parts if at and at.node in character.nodes]
+        self._arrays, self._meshes = GltfArrays(document), document.records("meshes")
+        self._axes = character.axes
+        self._starts = np.cumsum([0, *(len(part.vertices) for part, _ in self._parts)])
+        self.points = np.concatenate([part.vertices for part, _ in self._parts]) @ self._axes
+        self.triangles = np.concatenate(
+            [p.triangles + at for (p, _), at in zip(self._parts, self._starts, strict=False)]
+        )
+
+    def moved(self, control: Control, used: IntArray | None = None) -> Float64Array:
+        """(vertex, 3) of a control in full; used: rising, of all vertices."""
+        found = []
+        for (part, origin), start in zip(self._parts, self._starts, strict=False):
+            rows = np.arange(len(part.vertices))
+            if used is not None:
+                rows = used[(used >= start) & (used < start + len(rows))] - start
+            total = np.zeros((len(rows), 3))
+            targets = self._meshes[origin.mesh]["primitives"][origin.primitive].get("targets", [])
+            for mesh, target, share in control.binds:
+                if mesh == origin.mesh and "POSITION" in targets[target] and len(rows):
+                    values = self._arrays.values(targets[target]["POSITION"])
+                    total += share * values[origin.rows[rows], :3]
+            found.append(np.einsum("vab,vb->va", origin.linear[rows], total))
+        return np.concatenate(found) @ self._axes

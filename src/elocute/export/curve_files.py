@@ -15,17 +15,17 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from elocute.array_types import Float32Array, Float64Array
+from elocute.array_types import Float32Array, Float64Array, FloatArray
 from elocute.errors import MotionError
 from elocute.export.arkit_csv import COLUMNS, POSE_COLUMNS, SIXTIETHS
-from elocute.export.curves_json import curves_of_record, rotations_of_record
+from elocute.export.curves_json import are_texts, curves_of_record, rotations_of_record
 from elocute.files.array_reading import read_npy
 from elocute.files.json_records import finite_number, parse_json
 from elocute.files.reading import FileKind, open_regular, read_text
@@ -61,6 +61,7 @@ WIDTHS = {
     61: (*COLUMNS, *(name[0].lower() + name[1:] for name in POSE_COLUMNS)),
 }
 """What the columns of a table without names are."""
+ALLOWED_WIDTHS = "51, 52, 55 or 61"
 OWN = tuple(dict.fromkeys(name for look in VISEME_SHAPES.values() for name in look))
 _FRAMES = ("frames", "weightMat", "BlendShapes", "blendShapes", "blendshapes", "weights", "values")
 _FRAMES += ("data", "animation")
@@ -103,12 +104,18 @@ class CurveFile:
         if self.turns is None or not self.turns.any():
             return None
         names = [name for name in ("neck", "head") if name in head.joint_names]
-        turned = np.zeros((len(self.turns), len(head.joint_names), 4), np.float32)
-        turned[..., 0] = 1
-        for name in names:
-            angles = self.turns[:, [1, 0, 2]] * np.pi / len(names)
-            turned[:, head.joint_names.index(name)] = from_axis_angle(angles)
-        return turned
+        angles = self.turns[:, [1, 0, 2]] * np.pi / max(len(names), 1)
+        return joint_turns(head, len(angles), dict.fromkeys(names, from_axis_angle(angles)))
+
+
+def joint_turns(head: HeadModel, frames: int, turns: Mapping[str, FloatArray]) -> Float32Array:
+    """(frame, joint, 4) wxyz of a head's joints from turns (frame, 4) by name; others rest."""
+    turned = np.zeros((frames, len(head.joint_names), 4), np.float32)
+    turned[..., 0] = 1
+    for place, name in enumerate(head.joint_names):
+        if name in turns:
+            turned[:, place] = turns[name]
+    return turned
 
 
 @dataclass(frozen=True, eq=False)
@@ -343,7 +350,7 @@ def _npy_table(path: Path) -> _Table:
     rows = read_npy(path, CURVES_FILE)
     if rows.ndim != 2 or rows.shape[1] not in WIDTHS or rows.dtype.kind not in "fiu":
         found = f"{rows.dtype} of shape {rows.shape}"
-        raise MotionError.about(path, found=found, allowed=f"(frame, {_widths()}) weights")
+        raise MotionError.about(path, found=found, allowed=f"(frame, {ALLOWED_WIDTHS}) weights")
     values = rows.astype(np.float64)
     if not (np.abs(values) < VALUE_MAX).all():
         raise MotionError.about(path, found="NaN, infinity or beyond 1e6")
@@ -354,14 +361,11 @@ def _order(path: Path) -> str:
     return f"{path.name}: no names in it: taken in ARKit's order, from eyeBlinkLeft to tongueOut"
 
 
-def _widths() -> str:
-    return "51, 52, 55 or 61"
-
-
 def _parsed(path: Path, text: str) -> Any:
     """JSON; else a JSON a line."""
     lines = text.strip().splitlines()
-    if path.suffix.lower() == ".jsonl" or (len(lines) > 1 and _is_whole(lines[0])):
+    first = lines[0].strip() if len(lines) > 1 else ""
+    if path.suffix.lower() == ".jsonl" or (first.startswith("{") and first.endswith("}")):
         return [
             parse_json(line, f"{path} line {number}", allowed=ALLOWED, error=MotionError)
             for number, line in enumerate(lines, 1)
@@ -370,16 +374,12 @@ def _parsed(path: Path, text: str) -> Any:
     return parse_json(text, path, allowed=ALLOWED, error=MotionError)
 
 
-def _is_whole(line: str) -> bool:
-    return line.strip().startswith("{") and line.strip().endswith("}")
-
-
 def _json_table(path: Path, record: Any) -> _Table:
     facts = record if isinstance(record, dict) else {}
     frames = _first(facts, _FRAMES, list) if facts else record
     if frames is None and facts:
         frames = [record]
-    names = next((facts[k] for k in _NAMES if k in facts and _are_texts(facts[k])), None)
+    names = next((facts[k] for k in _NAMES if k in facts and are_texts(facts[k])), None)
     if names is not None and names is frames:  # a list of names under a word for frames
         rest = [key for key in _FRAMES if facts.get(key) is not names]
         frames = _first({key: facts[key] for key in rest if key in facts}, _FRAMES, list)
@@ -388,7 +388,10 @@ def _json_table(path: Path, record: Any) -> _Table:
     if len(frames) > FRAMES_MAX:
         raise MotionError.about(path, found=f"{len(frames)} frames", allowed=f"{FRAMES_MAX}")
     rate = next((n for key in _RATES if (n := finite_number(facts.get(key))) is not None), None)
-    frames = [_unpacked(path, each) for each in frames]
+    frames = list(frames)
+    for number, frame in enumerate(frames):
+        if isinstance(frame, str):  # as Azure's events hold them
+            frames[number] = parse_json(frame, path, allowed=ALLOWED, error=MotionError)
     if all(isinstance(each, dict) and "FrameIndex" in each for each in frames):
         return _azure_table(path, frames)
     times: list[float | None] = []
@@ -406,13 +409,6 @@ def _json_table(path: Path, record: Any) -> _Table:
     clock = [each for each in times if each is not None]
     whole = _in_seconds(np.array(clock)) if len(clock) == len(rows) else None
     return _Table(columns, rows, whole, rate, notes)
-
-
-def _unpacked(path: Path, frame: Any) -> Any:
-    """A frame that is the text of one, as Azure's events hold it."""
-    if isinstance(frame, str):
-        return parse_json(frame, path, allowed=ALLOWED, error=MotionError)
-    return frame
 
 
 def _azure_table(path: Path, chunks: list[dict[str, Any]]) -> _Table:
@@ -462,7 +458,7 @@ def _frame(
         return _checked(about, *_scored(about, frame)), time
     wide = len(frame) if isinstance(frame, list) else 0
     if names is None and wide not in WIDTHS:
-        raise MotionError.about(about, found="no weights by name", allowed=_widths())
+        raise MotionError.about(about, found="no weights by name", allowed=ALLOWED_WIDTHS)
     own = names or WIDTHS[wide]
     return _checked(about, own, _numbers(about, frame, len(own))), time
 
@@ -505,7 +501,3 @@ def _numbers(about: str, frame: Any, count: int) -> list[float]:
 def _first(record: Any, keys: Iterable[str], kind: Any) -> Any:
     given = record if isinstance(record, dict) else {}
     return next((given[key] for key in keys if isinstance(given.get(key), kind)), None)
-
-
-def _are_texts(names: Any) -> bool:
-    return isinstance(names, list) and bool(names) and all(isinstance(name, str) for name in names)

@@ -10,14 +10,15 @@ for each of them.
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.errors import MotionError
+from elocute.errors import MotionError, OutputError
 from elocute.files.atomic import write_atomically
 from elocute.files.json_records import finite_number, read_record
 from elocute.files.reading import FileKind
@@ -53,6 +54,26 @@ def write_json(
         file.write("\n]}\n")
 
 
+def write_curves(curves: Curves, path: str | Path) -> None:
+    """Write curves: .json as this module lays them out, .csv with the time of each frame.
+
+    Raises OutputError for another suffix, and a place that cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".csv", ".json"):
+        raise OutputError.about(path, found=f"suffix {suffix!r}", allowed=".csv or .json")
+    rows = [[round(float(value), 6) for value in row] for row in curves.values]
+    with write_atomically(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+        if suffix == ".csv":
+            table = csv.writer(file)
+            table.writerow(["time_s", *curves.names])
+            table.writerows([f"{frame / curves.fps:.4f}", *row] for frame, row in enumerate(rows))
+        else:
+            facts = {"format": FORMAT, "version": VERSION, "fps": curves.fps}
+            json.dump(facts | {"names": list(curves.names), "frames": rows}, file)
+            file.write("\n")
+
+
 def _numbers(values: NDArray[np.float32]) -> str:
     return f"[{', '.join(f'{value:.6f}'.rstrip('0').rstrip('.') for value in values)}]"
 
@@ -74,7 +95,8 @@ def read_json_curves(path: str | Path) -> Curves:
     MotionError
         Saying what is wrong with the file, and in which frame.
     """
-    return curves_of_record(path, _record(path))
+    record = read_record(path, CURVES_FILE)
+    return curves_of_record(path, record)
 
 
 def curves_of_record(path: str | Path, record: dict[str, Any]) -> Curves:
@@ -85,38 +107,19 @@ def curves_of_record(path: str | Path, record: dict[str, Any]) -> Curves:
         raise MotionError.about(
             path, found="no frame rate in fps", allowed=f"above 0, up to {FPS_MAX:g}"
         )
-    if not (isinstance(names, list) and 0 < len(names) <= NAMES_MAX and _are_texts(names)):
+    if not (are_texts(names) and len(names) <= NAMES_MAX):
         raise MotionError.about(path, found="no list of texts in names", allowed=ALLOWED)
     return Curves(_values(path, frames, len(names)), tuple(names), fps)
-
-
-def read_json_rotations(path: str | Path, joints: tuple[str, ...]) -> NDArray[np.float32] | None:
-    """Read the turns of a head's joints that were written as .json.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    joints : tuple of str
-        The joints of the head that shall turn.
-
-    Returns
-    -------
-    (frame, joint, 4) float32 or None
-        Unit quaternions wxyz; None where the file has none.
-
-    Raises
-    ------
-    MotionError
-        For other joints, and for anything but a unit quaternion for each in each frame.
-    """
-    return rotations_of_record(path, _record(path), joints)
 
 
 def rotations_of_record(
     path: str | Path, record: dict[str, Any], joints: tuple[str, ...]
 ) -> NDArray[np.float32] | None:
-    """As `read_json_rotations`, of what such a file holds. Raises MotionError."""
+    """Unit quaternions wxyz (frame, joint, 4) of a head's joints in what such a file holds.
+
+    None where it has none. Raises MotionError for other joints, and for anything but a unit
+    quaternion for each in each frame.
+    """
     if "rotations" not in record:
         return None
     if record.get("joints") != list(joints):
@@ -138,20 +141,15 @@ def _flat(turns: Any) -> list[Any]:
     return [number for part in parts for number in (part if isinstance(part, list) else [None])]
 
 
-def _record(path: str | Path) -> dict[str, Any]:
-    record = read_record(path, CURVES_FILE)
-    _check_format(path, record)
-    return record
-
-
 def _check_format(path: str | Path, record: dict[str, Any]) -> None:
     if record.get("format") != FORMAT or record.get("version") != VERSION:
         told = f"format {brief(record.get('format'))}, version {brief(record.get('version'))}"
         raise MotionError.about(path, found=told[:120], allowed=ALLOWED)
 
 
-def _are_texts(names: list[Any]) -> bool:
-    return all(isinstance(name, str) for name in names)
+def are_texts(names: Any) -> TypeGuard[list[str]]:
+    """Whether something is a list of one text or more."""
+    return isinstance(names, list) and bool(names) and all(isinstance(name, str) for name in names)
 
 
 def _values(path: str | Path, frames: Any, columns: int) -> np.ndarray:

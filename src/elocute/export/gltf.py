@@ -15,16 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.export.gltf_character import character_glb
-from elocute.export.gltf_file import (
-    ARRAY_BUFFER,
-    ELEMENT_BUFFER,
-    FLOAT,
-    INDEX_MAX,
-    UBYTE,
-    UINT,
-    USHORT,
-    GltfFile,
-)
+from elocute.export.gltf_file import Channels, GltfFile, unit_xyzw
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
 from elocute.export.shape_profiles import Targets, target_shapes
@@ -73,29 +64,13 @@ def write_glb(
 ) -> None:
     """Write an animated head as .glb, its sound beside it as NAME.wav or inside.
 
-    A head that stands for a character in a file of its own moves there.
+    A head that stands for a character in a file of its own moves there. A sound that is NAME.wav
+    already is left alone; overwrite: whether to replace a NAME.wav that an earlier call did not
+    make from this very sound, or that was changed since. The file is written at once: `progress` is
+    not called.
 
-    Parameters
-    ----------
-    motion : Motion
-        What to write.
-    path : str or Path
-        The file; one of that name is replaced.
-    sound : str, Path or Waveform, optional
-        The sound that belongs to the motion. A file that is NAME.wav already is left alone.
-    options : GlbOptions, optional
-        Whether the sound goes inside, and which shapes the file has.
-    overwrite : bool
-        Whether to replace a NAME.wav that an earlier call did not make from this very sound, or
-        that was changed since.
-    progress : callable, optional
-        Not called: the file is written at once.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written, and a NAME.wav that would be replaced without
-        `overwrite`; nothing is written then.
+    Raises OutputError for a place that cannot be written, and a NAME.wav that would be replaced
+    without `overwrite`; nothing is written then.
     """
     path, options = Path(path), options or GlbOptions()
     beside = None if options.embed_audio or sound is None else wav_beside(path, sound)
@@ -122,7 +97,11 @@ def _file_bytes(motion: Motion, sound: Sound | None, options: GlbOptions) -> byt
 def wav_beside(path: Path, sound: Sound) -> Path | None:
     """Where the sound of a .glb goes, or None where it lies there already."""
     beside = path.with_suffix(".wav")
-    return None if _same(sound, beside) else beside
+    try:
+        is_there = isinstance(sound, str | Path) and Path(sound).samefile(beside)
+    except (OSError, ValueError):  # one of them is not there, or cannot be
+        is_there = False
+    return None if is_there else beside
 
 
 def glb_bytes(
@@ -132,31 +111,14 @@ def glb_bytes(
     *,
     for_viewer: bool = False,
 ) -> bytes:
-    """An animated head as the bytes of a .glb.
+    """An animated head as the bytes of a .glb, with its sound inside where one is given.
 
-    Parameters
-    ----------
-    motion : Motion
-        What to write.
-    sound : str, Path or Waveform, optional
-        Embedded, where given.
-    options : GlbOptions, optional
-        Which shapes it has.
-    for_viewer : bool
-        Whether our own viewer draws it, which knows occlusion, strands, folds and the shade of
-        lids: vertices carry the occlusion that their colours hold (`_OCCLUSION`), the direction of
-        hair (`_STRAND`) and where they fold (`_FOLDS_0` to `_FOLDS_3`).
+    for_viewer: whether our own viewer draws it, which knows occlusion, strands, folds and the shade
+    of lids: vertices carry the occlusion that their colours hold (`_OCCLUSION`), the direction of
+    hair (`_STRAND`) and where they fold (`_FOLDS_0` to `_FOLDS_3`).
 
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    OutputError
-        For visemes of a head that lacks the shapes that make them.
-    HeadError
-        For a head with an image that is none.
+    Raises OutputError for visemes of a head that lacks the shapes that make them, and HeadError for
+    a head with an image that is none.
     """
     file = animated_file(motion.dressed(), options or GlbOptions(), for_viewer)
     if sound is not None:
@@ -165,28 +127,10 @@ def glb_bytes(
 
 
 def animated_file(motion: Motion, options: GlbOptions, for_viewer: bool = False) -> GltfFile:
-    """An animated head as a file to which more can be added.
+    """An animated, dressed head as a file to which more can be added.
 
-    Parameters
-    ----------
-    motion : Motion
-        Of a dressed head.
-    options : GlbOptions
-        Which shapes it has.
-    for_viewer : bool
-        As for `glb_bytes`.
-
-    Returns
-    -------
-    GltfFile
-        Node 0 has the mesh, the nodes after it are the head's joints in their order.
-
-    Raises
-    ------
-    OutputError
-        For shapes that the head lacks the parts of.
-    HeadError
-        For a head with an image that is none.
+    Node 0 has the mesh, the nodes after it are the head's joints in their order. Raises as
+    `glb_bytes`.
     """
     file = GltfFile()
     head = motion.head if for_viewer else _with_skin_for_engines(motion.head)
@@ -268,18 +212,13 @@ def _primitives(
         attributes = {"POSITION": _positions(file, places[vertices])}
         attributes |= _attributes(file, head, vertices, texels, normals, colors)
         if for_viewer:
-            attributes["_OCCLUSION"] = file.array(
-                head.occlusion[vertices].astype(np.float32), "SCALAR", FLOAT, ARRAY_BUFFER
-            )
+            occlusion = head.occlusion[vertices].astype(np.float32)
+            attributes["_OCCLUSION"] = file.attribute(occlusion)
         if along is not None and finish_of(name).strand:
-            attributes["_STRAND"] = file.array(
-                _stepped(along[vertices], STEPS_OF_STRAND), "VEC3", FLOAT, ARRAY_BUFFER
-            )
+            attributes["_STRAND"] = file.attribute(_stepped(along[vertices], STEPS_OF_STRAND))
         if folds is not None and head.surfaces.get(name, Surface()).folds:
             for first, masks in enumerate(np.split(folds.masks_at(vertices), ZONES // 4, axis=1)):
-                attributes[f"_FOLDS_{first}"] = file.array(
-                    np.ascontiguousarray(masks), "VEC4", UBYTE, ARRAY_BUFFER, normalized=True
-                )
+                attributes[f"_FOLDS_{first}"] = file.attribute(masks, normalized=True)
         targets = [
             {
                 name: _target(file, vertices, *part, bounds=name == "POSITION")
@@ -287,13 +226,7 @@ def _primitives(
             }
             for shape in moves
         ]
-        small = len(vertices) - 1 <= INDEX_MAX
-        indices = file.array(
-            faces.astype(np.uint16 if small else np.uint32),
-            "SCALAR",
-            USHORT if small else UINT,
-            ELEMENT_BUFFER,
-        )
+        indices = file.indices(faces, len(vertices))
         primitive = {"attributes": attributes, "indices": indices}
         primitive |= {"targets": targets} if targets else {}
         first, *fringes = material.indices
@@ -310,19 +243,8 @@ def corners_of(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
     """The corners of a material's faces, split where texture seams need it.
 
-    Parameters
-    ----------
-    head : HeadModel
-        Whose.
-    material : int
-        Index into its materials.
-
-    Returns
-    -------
-    vertices, texels : (corner,) int
-        The vertex of the head and the texture coordinate of each.
-    faces : (3 triangle,) int
-        Corners of the triangles.
+    Vertex and texture coordinate of each corner (corner,), and the corners of the triangles (3
+    triangle,).
     """
     chosen = head.triangle_material == material
     triangles, texels = head.triangles[chosen].ravel(), head.uv_triangles[chosen].ravel()
@@ -331,7 +253,7 @@ def corners_of(
 
 
 def _positions(file: GltfFile, points: NDArray[np.floating[Any]]) -> int:
-    return file.array(points.astype(np.float32), "VEC3", FLOAT, ARRAY_BUFFER, bounds=True)
+    return file.attribute(points.astype(np.float32), bounds=True)
 
 
 def _attributes(
@@ -345,18 +267,14 @@ def _attributes(
     uv = head.uv[texels].astype(np.float32) * [1, -1] + [0, 1]  # glTF counts from the top
     rgba = np.concatenate([colors[vertices], np.ones((len(vertices), 1))], axis=1)
     attributes = {
-        "NORMAL": file.array(
-            _stepped(_unit(normals[vertices]), STEPS_OF_NORMAL), "VEC3", FLOAT, ARRAY_BUFFER
-        ),
-        "TEXCOORD_0": file.array(uv.astype(np.float32), "VEC2", FLOAT, ARRAY_BUFFER),
-        "COLOR_0": file.array(
-            np.round(rgba * 65535).astype(np.uint16), "VEC4", USHORT, ARRAY_BUFFER, normalized=True
-        ),
+        "NORMAL": file.attribute(_stepped(_unit(normals[vertices]), STEPS_OF_NORMAL)),
+        "TEXCOORD_0": file.attribute(uv.astype(np.float32)),
+        "COLOR_0": file.attribute(np.round(rgba * 65535).astype(np.uint16), normalized=True),
     }
     if head.joint_names:
         joints, weights = _four_joints(head.skin_weights[vertices])
-        attributes["JOINTS_0"] = file.array(joints, "VEC4", UBYTE, ARRAY_BUFFER)
-        attributes["WEIGHTS_0"] = file.array(weights, "VEC4", FLOAT, ARRAY_BUFFER)
+        attributes["JOINTS_0"] = file.attribute(joints)
+        attributes["WEIGHTS_0"] = file.attribute(weights)
     return attributes
 
 
@@ -455,14 +373,19 @@ def _target(
     return file.sparse(rows, deltas[vertices[rows]], len(vertices), bounds)
 
 
+def joint_offsets(head: HeadModel) -> NDArray[np.float64]:
+    """(joint, 3) m from the joint that each hangs from, else from the origin."""
+    places = head.joint_positions.astype(np.float64)
+    parents = np.array(head.joint_parents, np.intp)
+    return places - np.where((parents >= 0)[:, None], places[parents], 0)
+
+
 def joint_nodes(head: HeadModel, nodes: list[dict[str, Any]]) -> list[int]:
     """Append a node for each joint of a head, in their order; returns the root joints."""
-    first = len(nodes)
-    positions = head.joint_positions.astype(float)
+    first, offsets = len(nodes), joint_offsets(head)
     for joint, (name, parent) in enumerate(zip(head.joint_names, head.joint_parents, strict=True)):
-        offset = positions[joint] - (positions[parent] if parent >= 0 else 0)
         known, *aliases = JOINTS.get(name, (name,))
-        nodes.append({"name": known, "translation": offset.tolist()})
+        nodes.append({"name": known, "translation": offsets[joint].tolist()})
         if aliases:
             nodes[-1]["extras"] = {"aliases": aliases}
         if parent >= 0:
@@ -474,7 +397,7 @@ def _skin(file: GltfFile, head: HeadModel, first: int) -> dict[str, Any]:
     """The skin of joints that begin at node `first`."""
     inverse = np.tile(np.eye(4, dtype=np.float32), (len(head.joint_names), 1, 1))
     inverse[:, 3, :3] = -head.joint_positions  # columns first, as glTF wants
-    bind = file.array(inverse.reshape(-1, 16), "MAT4", FLOAT)
+    bind = file.array(inverse.reshape(-1, 16))
     return {
         "inverseBindMatrices": bind,
         "joints": list(range(first, first + len(head.joint_names))),
@@ -483,22 +406,15 @@ def _skin(file: GltfFile, head: HeadModel, first: int) -> dict[str, Any]:
 
 def _animate(file: GltfFile, motion: Motion, shapes: Targets) -> None:
     times = motion.times_s.astype(np.float32)
-    clock = file.array(times, "SCALAR", FLOAT, bounds=True)
-    samplers, channels = [], []
-
-    def add(output: int, node: int, path: str) -> None:
-        samplers.append({"input": clock, "output": output, "interpolation": "LINEAR"})
-        channels.append({"sampler": len(samplers) - 1, "target": {"node": node, "path": path}})
-
+    speech = Channels(file.array(times, bounds=True))
     if shapes.names:
-        add(file.array(shapes.weights(motion).ravel(), "SCALAR", FLOAT), 0, "weights")
+        speech.move(0, "weights", file.array(shapes.weights(motion).ravel()))
     if motion.rotations is not None:
         for joint in range(motion.rotations.shape[1]):
-            turns = motion.rotations[:, joint][:, [1, 2, 3, 0]]  # glTF writes xyzw
-            turns = turns / np.linalg.norm(turns, axis=1, keepdims=True)
-            add(file.array(turns.astype(np.float32), "VEC4", FLOAT), 1 + joint, "rotation")
-    if channels:
-        file.json["animations"] = [{"name": "speech", "samplers": samplers, "channels": channels}]
+            turns = unit_xyzw(motion.rotations[:, joint])
+            speech.move(1 + joint, "rotation", file.array(turns))
+    if speech.channels:
+        file.json["animations"] = [speech.animation()]
 
 
 def _embed(file: GltfFile, sound: Sound) -> None:
@@ -513,12 +429,3 @@ def _embed(file: GltfFile, sound: Sound) -> None:
         }
     }
     file.json["scenes"][0]["extensions"] = {"KHR_audio_emitter": {"emitters": [0]}}
-
-
-def _same(sound: Sound, beside: Path) -> bool:
-    if not isinstance(sound, str | Path):
-        return False
-    try:
-        return Path(sound).samefile(beside)
-    except (OSError, ValueError):  # one of them is not there, or cannot be
-        return False

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from elocute.errors import OutputError
-from elocute.export.character_weights import CharacterMotion, character_motion, told
+from elocute.export.character_weights import CharacterMotion, character_motion, conversion_record
+from elocute.export.gltf_file import Channels
 from elocute.export.soundtrack import Sound, pack_sound
 from elocute.head.character import Character
-from elocute.meshes.gltf_additions import GltfAdditions
+from elocute.meshes.gltf_additions import GltfAdditions, with_items, with_value
 from elocute.meshes.gltf_document import GltfDocument
 from elocute.meshes.gltf_nodes import without_matrix
-from elocute.meshes.json_splices import with_items, with_value
 from elocute.motion.motion import Motion
 
 NAME = "speech"
@@ -28,50 +28,23 @@ AUDIO = "KHR_audio_emitter"
 
 
 def character_glb(motion: Motion, character: Character, sound: Sound | None = None) -> bytes:
-    """A character's file with a motion as one more animation, as a .glb.
+    """A character's file with a motion of the built-in head as one more animation, as a .glb.
 
-    Parameters
-    ----------
-    motion : Motion
-        Of the built-in head.
-    character : Character
-        Whose file it is.
-    sound : str, Path or Waveform, optional
-        Embedded, where given.
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    OutputError
-        For a motion so long that no .glb holds it.
+    Raises OutputError for a motion so long that no .glb holds it.
     """
     moved = character_motion(motion, character)
     added = GltfAdditions(character.document)
     clock = added.accessor(motion.times_s.astype(np.float32), "SCALAR", bounds=True)
-    samplers: list[dict[str, Any]] = []
-    channels: list[dict[str, Any]] = []
-
-    def move(node: int, path: str, output: int) -> None:
-        samplers.append({"input": clock, "output": output, "interpolation": "LINEAR"})
-        channels.append({"sampler": len(samplers) - 1, "target": {"node": node, "path": path}})
-
+    speech = Channels(clock)
     _check_size(character, moved)
     for node, weights in moved.weights.items():
-        move(node, "weights", added.accessor(weights.reshape(-1), "SCALAR"))
+        speech.move(node, "weights", added.accessor(weights.reshape(-1), "SCALAR"))
     for node, turns in moved.turns.items():
-        move(node, "rotation", added.accessor(turns, "VEC4"))
-    record = {"fps": motion.fps, **told(character, moved)}
+        speech.move(node, "rotation", added.accessor(turns, "VEC4"))
+    record = {"fps": motion.fps, **conversion_record(character, moved)}
     text = _without_matrices(character.document, [*moved.weights, *moved.turns])
-    animation = {
-        "name": _free_name(character.document),
-        "samplers": samplers,
-        "channels": channels,
-        "extras": {"elocute": record},
-    }
-    text = with_items(text, ["animations"], [animation])
+    animation = speech.animation(_free_name(character.document))
+    text = with_items(text, ["animations"], [animation | {"extras": {"elocute": record}}])
     if sound is not None:
         text = _with_sound(text, character, added, sound)
     return added.pack(text)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
-import struct
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-FLOAT, USHORT, UBYTE, UINT = 5126, 5123, 5121, 5125
+from elocute.meshes.gltf_document import packed
+
+COMPONENTS = {"float32": 5126, "uint32": 5125, "uint16": 5123, "uint8": 5121}
+KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
+"""By how many numbers an element has."""
 ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
 INDEX_MAX = 65534
 """The largest index of 16 bits: 65535 restarts a strip and may not be one."""
@@ -18,14 +21,9 @@ INDEX_MAX = 65534
 
 @dataclass
 class GltfFile:
-    """JSON and buffer of a glTF 2.0 file.
+    """JSON and buffer of a glTF 2.0 file."""
 
-    Attributes
-    ----------
-    json : dict
-        The records, by the names of the specification; empty lists are left out of the file.
-    """
-
+    # the records, by the names of the specification; empty lists are left out of the file
     json: dict[str, Any] = field(default_factory=lambda: _empty_json())
     _chunks: list[bytes] = field(default_factory=list)
     _still: dict[tuple[int, bool], int] = field(default_factory=dict)
@@ -53,20 +51,15 @@ class GltfFile:
         return self.add("bufferViews", view)
 
     def array(
-        self,
-        values: NDArray[Any],
-        kind: str,
-        component: int,
-        target: int | None = None,
-        bounds: bool = False,
-        **extra: Any,
+        self, values: NDArray[Any], target: int | None = None, bounds: bool = False, **extra: Any
     ) -> int:
-        """An accessor over a dense array."""
+        """An accessor over a dense array of float32, or of whole numbers without a sign."""
+        width = 1 if values.ndim == 1 else values.shape[1]
         record: dict[str, Any] = {
             "bufferView": self.view(np.ascontiguousarray(values).tobytes(), target),
-            "componentType": component,
+            "componentType": COMPONENTS[values.dtype.name],
             "count": len(values),
-            "type": kind,
+            "type": KINDS[width],
             **extra,
         }
         if bounds:
@@ -74,11 +67,23 @@ class GltfFile:
             record |= {"min": np.atleast_1d(low).tolist(), "max": np.atleast_1d(high).tolist()}
         return self.add("accessors", record)
 
+    def attribute(self, values: NDArray[Any], bounds: bool = False, **extra: Any) -> int:
+        """An accessor over something of each vertex."""
+        return self.array(values, ARRAY_BUFFER, bounds, **extra)
+
+    def indices(self, corners: NDArray[np.integer[Any]], count: int) -> int:
+        """An accessor over corners of triangles that have so many vertices."""
+        return self.array(corners.astype(index_type(count)), ELEMENT_BUFFER)
+
     def sparse(
         self, rows: NDArray[np.intp], values: NDArray[np.float32], count: int, bounds: bool
     ) -> int:
         """An accessor of `count` vectors that are zero but for `rows`."""
-        record: dict[str, Any] = {"componentType": FLOAT, "count": count, "type": "VEC3"}
+        record: dict[str, Any] = {
+            "componentType": COMPONENTS["float32"],
+            "count": count,
+            "type": "VEC3",
+        }
         if not len(rows):
             return self._unmoved(record, bounds)
         if bounds:
@@ -86,12 +91,12 @@ class GltfFile:
             if len(rows) < count:
                 low, high = np.minimum(low, 0), np.maximum(high, 0)
             record |= {"min": low.tolist(), "max": high.tolist()}
-        small = count - 1 <= INDEX_MAX
+        indices = rows.astype(index_type(count))
         record["sparse"] = {
             "count": len(rows),
             "indices": {
-                "bufferView": self.shared(rows.astype(np.uint16 if small else np.uint32).tobytes()),
-                "componentType": USHORT if small else UINT,
+                "bufferView": self.shared(indices.tobytes()),
+                "componentType": COMPONENTS[indices.dtype.name],
             },
             "values": {"bufferView": self.view(values.astype(np.float32).tobytes())},
         }
@@ -115,19 +120,37 @@ class GltfFile:
         """The file."""
         self.json["buffers"] = [{"byteLength": self._size}]
         record = {name: value for name, value in self.json.items() if value != []}
-        text = json.dumps(record, separators=(",", ":")).encode()
-        text += b" " * (-len(text) % 4)
-        binary = b"".join(self._chunks)
-        total = 12 + 8 + len(text) + 8 + len(binary)
-        return b"".join(
-            [
-                struct.pack("<4sII", b"glTF", 2, total),
-                struct.pack("<I4s", len(text), b"JSON"),
-                text,
-                struct.pack("<I4s", len(binary), b"BIN\0"),
-                binary,
-            ]
-        )
+        return packed(json.dumps(record, separators=(",", ":")), [*self._chunks, b""])
+
+
+def index_type(count: int) -> type[np.unsignedinteger[Any]]:
+    """The type of indices of so many elements."""
+    return np.uint16 if count - 1 <= INDEX_MAX else np.uint32
+
+
+class Channels:
+    """What moves in an animation, all by one clock: an accessor of seconds."""
+
+    def __init__(self, clock: int) -> None:
+        self._clock = clock
+        self.samplers: list[dict[str, Any]] = []
+        self.channels: list[dict[str, Any]] = []
+
+    def move(self, node: int, path: str, output: int) -> None:
+        """A node is moved by the values of an accessor; path: "weights", "rotation", …"""
+        self.samplers.append({"input": self._clock, "output": output, "interpolation": "LINEAR"})
+        target = {"node": node, "path": path}
+        self.channels.append({"sampler": len(self.samplers) - 1, "target": target})
+
+    def animation(self, name: str = "speech") -> dict[str, Any]:
+        """The record of the animation."""
+        return {"name": name, "samplers": self.samplers, "channels": self.channels}
+
+
+def unit_xyzw(turns: NDArray[Any]) -> NDArray[np.float32]:
+    """Quaternions wxyz (frame, 4) of any length as glTF writes them: xyzw, of length one."""
+    turns = turns[:, [1, 2, 3, 0]]
+    return (turns / np.linalg.norm(turns, axis=1, keepdims=True)).astype(np.float32)
 
 
 def _empty_json() -> dict[str, Any]:

@@ -8,50 +8,35 @@ from typing import Any
 from elocute.export.gltf_file import GltfFile
 from elocute.head.model import HeadModel
 from elocute.head.surface import Surface
-from elocute.render.portable_pictures import portable_picture
+from elocute.render.parts import CORES
+from elocute.render.portable_pictures import material_picture
 
-ALPHA_CUTOFF = {"cutout": 0.5, "blend": 0.8}  # from where a surface hides what lies behind
 SAMPLER = {"magFilter": 9729, "minFilter": 9987}  # linear; linear between mipmaps
 CLAMP = {"wrapS": 33071, "wrapT": 33071}  # or roots of strands show behind their tips
 
 
 @dataclass(frozen=True)
 class Finish:
-    """How light meets a material, beside its images.
+    """How light meets a material, beside its images."""
 
-    Parameters
-    ----------
-    roughness : float
-        Where no surface says it.
-    specular : float
-        Strength of the reflection at right angles; 1 is that of glass, a twenty-fifth of the
-        light. Inside the mouth it is low: image-based light shines there as if nothing were in
-        its way, and teeth turn to chrome.
-    clearcoat : float
-        Strength of a smooth layer above, 0 to 1: the tears on an eye.
-    both_sides : bool
-        Whether the far side of its faces is seen, where no surface says it.
-    kept : (3,) tuple of float
-        Share of its red, green and blue. Lids and lips shade eyes and teeth from light of all
-        sides, which other programs do not draw: they glow; teeth, lit by flesh, would be blue.
-    relief : float
-        Share of the slope of its normal map. Light that scatters in skin sees blunter normals than
-        what it mirrors; other programs have one normal for both, and skin turns to leather.
-    least_roughness : float
-        Of its surface too. Strands shine across their direction, which other programs do not draw:
-        with the round shine that these have, smooth hair is plastic.
-    lifted : float
-        The power of its surface's colour; less than 1 lightens what is dark, and only that. Curls
-        that only their shine tells apart are a black helmet without it.
-    """
-
-    roughness: float = 0.5
+    roughness: float = 0.5  # where no surface says it
+    # strength of the reflection at right angles; 1 is that of glass, a twenty-fifth of the light.
+    # Inside the mouth it is low: image-based light shines there as if nothing were in its way, and
+    # teeth turn to chrome.
     specular: float = 0.7
-    clearcoat: float = 0.0
-    both_sides: bool = False
+    clearcoat: float = 0.0  # strength of a smooth layer above, 0 to 1: the tears on an eye
+    both_sides: bool = False  # whether the far side of its faces is seen, where no surface says it
+    # share of its red, green and blue. Lids and lips shade eyes and teeth from light of all sides,
+    # which other programs do not draw: they glow; teeth, lit by flesh, would be blue.
     kept: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    # share of the slope of its normal map. Light that scatters in skin sees blunter normals than
+    # what it mirrors; other programs have one normal for both, and skin turns to leather.
     relief: float = 1.0
+    # of its surface too. Strands shine across their direction, which other programs do not draw:
+    # with the round shine that these have, smooth hair is plastic.
     least_roughness: float = 0.0
+    # the power of its surface's colour; less than 1 lightens what is dark, and only that. Curls
+    # that only their shine tells apart are a black helmet without it.
     lifted: float = 1.0
 
 
@@ -74,45 +59,20 @@ CLEARCOAT_ROUGHNESS = 0.03
 
 @dataclass(frozen=True)
 class MaterialIndices:
-    """The records of one material: its faces are drawn once with each.
+    """The records of one material: its faces are drawn once with each."""
 
-    Parameters
-    ----------
-    indices : tuple of int
-        Into the file's materials.
-    images : dict of str
-        What became of its images, for the report.
-    """
-
-    indices: tuple[int, ...]
-    images: dict[str, dict[str, Any]]
+    indices: tuple[int, ...]  # into the file's materials
+    images: dict[str, dict[str, Any]]  # what became of its images, for the report
 
 
 def add_materials(file: GltfFile, head: HeadModel, *, folds: bool = False) -> list[MaterialIndices]:
-    """Add the materials of a head with their images.
+    """Add the materials of a head with their images; returns one `MaterialIndices` for each.
 
     A surface that blends becomes two records over the same faces: what is solid, which hides what
     lies behind, and the fringe, laid over it. No program then needs to sort faces.
 
-    Parameters
-    ----------
-    file : GltfFile
-        Where to.
-    head : HeadModel
-        Whose materials.
-    folds : bool
-        Whether the images of folds come along, which no other program knows: their textures are
-        named in the materials' extras.
-
-    Returns
-    -------
-    list of MaterialIndices
-        One per material of the head.
-
-    Raises
-    ------
-    HeadError
-        For an image that is none.
+    folds: whether the images of folds come along, which no other program knows: their textures are
+    named in the materials' extras. Raises HeadError for an image that is none.
     """
     return [
         _add_material(file, name, head.surfaces.get(name), folds) for name in head.material_names
@@ -167,7 +127,7 @@ def _layers(record: dict[str, Any], opacity: str) -> list[dict[str, Any]]:
         return [record]
     if opacity == "sheer":
         return [record | {"alphaMode": "BLEND"}]
-    solid = record | {"alphaMode": "MASK", "alphaCutoff": ALPHA_CUTOFF[opacity]}
+    solid = record | {"alphaMode": "MASK", "alphaCutoff": CORES[opacity]}
     if opacity == "cutout":
         return [solid]
     return [solid, record | {"name": f"{record['name']}_fringe", "alphaMode": "BLEND"}]
@@ -181,8 +141,10 @@ def _add_images(
     images: dict[str, dict[str, Any]],
     folds: bool,
 ) -> None:
-    def texture(kind: str, data: bytes, clear: bool = False) -> dict[str, Any]:
-        picture = portable_picture(data, f"{kind} of the material {record['name']!r}", clear, True)
+    def texture(kind: str) -> dict[str, Any] | None:
+        picture = material_picture(surface, kind, record["name"], grey=True)
+        if picture is None:
+            return None
         images[kind] = {"pixels": list(picture.size), "media": picture.media}
         if picture.made_from:
             images[kind]["made_from"] = picture.made_from
@@ -191,19 +153,16 @@ def _add_images(
         return {"index": _texture(file, picture.data, picture.media, name, sampler)}
 
     shaded = record["pbrMetallicRoughness"]
-    if surface.color:
-        clear = surface.opacity != "opaque"
-        shaded["baseColorTexture"] = texture("color", surface.color, clear)
-    if surface.normal:
-        record["normalTexture"] = texture("normal", surface.normal) | {
-            "scale": float(relief * surface.normal_scale)
-        }
-    if surface.roughness:
+    if color := texture("color"):
+        shaded["baseColorTexture"] = color
+    if normal := texture("normal"):
+        record["normalTexture"] = normal | {"scale": float(relief * surface.normal_scale)}
+    if roughness := texture("roughness"):
         # One image: occlusion is read from its red, roughness from green.
-        shaded["metallicRoughnessTexture"] = texture("roughness", surface.roughness)
-        record["occlusionTexture"] = dict(shaded["metallicRoughnessTexture"])
-    if surface.folds and folds:
-        record["extras"] = {"folds": texture("folds", surface.folds)["index"]}
+        shaded["metallicRoughnessTexture"] = roughness
+        record["occlusionTexture"] = dict(roughness)
+    if folds and (folded := texture("folds")):
+        record["extras"] = {"folds": folded["index"]}
 
 
 def _texture(file: GltfFile, data: bytes, media: str, name: str, sampler: dict[str, int]) -> int:

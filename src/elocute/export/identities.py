@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import OutputError
-from elocute.export.contact_sheet import COLUMNS, contact_sheet
 from elocute.export.meshes import MESH_FORMATS
+from elocute.export.pictures import COLUMNS, contact_sheet
 from elocute.files.atomic import check_output, write_atomically, write_folder_atomically
 from elocute.head.looks.dressing import dress, wearable
 from elocute.head.looks.people import identity_look
@@ -26,19 +26,8 @@ Progress = Callable[[float], None] | None
 def check_identity_output(path: str | Path, count: int, mesh: str = ".obj") -> None:
     """Refuse what `write_identities` could not write, before anything is computed.
 
-    Parameters
-    ----------
-    path : str or Path
-        The output.
-    count : int
-        How many faces.
-    mesh : str
-        Suffix of the meshes in a folder: ".obj" or ".ply".
-
-    Raises
-    ------
-    OutputError
-        For a place, a suffix or a count that cannot be written.
+    count: how many faces; mesh: suffix of the meshes in a folder, ".obj" or ".ply". Raises
+    OutputError for a place, a suffix or a count that cannot be written.
     """
     path = check_output(path)
     suffix = path.suffix.lower()
@@ -68,33 +57,12 @@ def write_identities(
 ) -> None:
     """Write identities of a head as meshes, or draw them all on one contact sheet.
 
-    Parameters
-    ----------
-    head : HeadModel
-        With an identity space.
-    identities : (face, coefficient) float32
-        Standard deviations.
-    path : str or Path
-        A .png for one sheet, twice as wide as `size`; otherwise a new folder of 00000.obj,
-        00001.obj, … in metres, or of .ply by its own suffix or by `mesh`.
-    first : int
-        Number of the first face. On a sheet, faces of the built-in head's mesh are in the looks
-        that go with their numbers as seeds.
-    mesh : str
-        Suffix of the meshes in a folder: ".obj" or ".ply".
-    size : (int, int)
-        Width and height in pixels, of which a sheet takes the width.
-    backend : str
-        Renderer: "auto", "moderngl" or "embreex".
-    progress : callable, optional
-        Called with the share that is done, 0 to 1.
+    identities: (face, coefficient) float32, in standard deviations. path: a .png for one sheet,
+    twice as wide as `size` in pixels; otherwise a new folder of 00000.obj, 00001.obj, … in metres,
+    or of .ply by its own suffix or by `mesh`. first: number of the first face; on a sheet, faces of
+    the built-in head's mesh are in the looks that go with their numbers as seeds.
 
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written.
-    MachineError
-        Where no renderer works.
+    Raises OutputError for a place that cannot be written, and MachineError where no renderer works.
     """
     path = Path(path)
     check_identity_output(path, len(identities), mesh)

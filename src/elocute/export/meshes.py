@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,28 +11,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.export.mesh_materials import MeshMaterials, mesh_materials
 from elocute.files.array_writing import RowWriter
 from elocute.files.atomic import write_atomically, write_folder_atomically
 from elocute.head.model import HeadModel
+from elocute.head.surface import Surface
 from elocute.motion.motion import Motion
+from elocute.render.portable_pictures import PortablePicture, material_picture
 
 BLOCK = 120
 
 
 @dataclass(frozen=True, eq=False)
 class MeshWriter:
-    """What makes the mesh files of one head.
+    """What makes the mesh files of one head."""
 
-    Parameters
-    ----------
-    mesh : callable
-        The bytes of a file of vertices (vertex, 3) float32 m.
-    beside : dict of str to bytes
-        What these files name and need beside them, by file name: materials and images.
-    """
-
+    # the bytes of a file of vertices (vertex, 3) float32 m
     mesh: Callable[[NDArray[np.float32]], bytes]
+    # what these files name and need beside them, by file name: materials and images
     beside: dict[str, bytes]
 
     def write_beside(self, folder: Path) -> None:
@@ -168,3 +164,109 @@ def _ply_faces(head: HeadModel, materials: MeshMaterials | None) -> NDArray[np.v
         faces["image"] = materials.color_numbers()[head.triangle_material]
     faces["n"], faces["abc"] = 3, head.triangles
     return faces
+
+
+@dataclass(frozen=True, eq=False)
+class MeshMaterials:
+    """The materials of a head that has images."""
+
+    head: HeadModel  # whose they are
+    tag: str  # begins the name of each file
+    colors: dict[str, PortablePicture]  # by material; only of those that have one
+    normals: dict[str, PortablePicture]
+
+    @property
+    def library(self) -> str:
+        """The name of the .mtl."""
+        return f"{self.tag}materials.mtl"
+
+    def color_names(self) -> list[str]:
+        """The names of the images of colour, in the order of `color_numbers`."""
+        return [self._name(name, "", picture) for name, picture in self.colors.items()]
+
+    def color_numbers(self) -> NDArray[np.int32]:
+        """(material,) which of `color_names` each material shows; -1: none."""
+        shown = list(self.colors)
+        numbers = [shown.index(n) if n in shown else -1 for n in self.head.material_names]
+        return np.array(numbers, np.int32)
+
+    def color_files(self) -> dict[str, bytes]:
+        """The images of colour, by file name."""
+        pictures = self.colors.values()
+        return {n: p.data for n, p in zip(self.color_names(), pictures, strict=True)}
+
+    def obj_files(self) -> dict[str, bytes]:
+        """All that an .obj needs beside it, by file name."""
+        files = self.color_files()
+        for name, picture in self.normals.items():
+            files[self._name(name, "_normal", picture)] = picture.data
+        for name in self._clear():
+            files[self._alpha_name(name)] = _alpha(self.colors[name])
+        return {self.library: self._library_text().encode(), **files}
+
+    def _clear(self) -> list[str]:
+        """Materials that are not solid everywhere."""
+        surfaces = self.head.surfaces
+        return [name for name in self.colors if surfaces[name].opacity != "opaque"]
+
+    def _name(self, material: str, kind: str, picture: PortablePicture) -> str:
+        return f"{self.tag}{material}{kind}{picture.suffix}"
+
+    def _alpha_name(self, material: str) -> str:
+        return f"{self.tag}{material}_alpha.png"
+
+    def _library_text(self) -> str:
+        return "\n".join(map(self._entry, self.head.material_names))
+
+    def _entry(self, name: str) -> str:
+        surface = self.head.surfaces.get(name, Surface())
+        red, green, blue = surface.tint if name in self.colors else self._mean_color(name)
+        lines = [
+            f"newmtl {name}",
+            f"Kd {red:.4f} {green:.4f} {blue:.4f}",
+            "Ks 0.0400 0.0400 0.0400",
+            f"Pr {surface.roughness_factor:.4f}",
+            "illum 2",
+        ]
+        if name in self.colors:
+            lines.append(f"map_Kd {self._name(name, '', self.colors[name])}")
+        if name in self._clear():
+            lines.append(f"map_d {self._alpha_name(name)}")
+        if name in self.normals:
+            lines.append(f"norm {self._name(name, '_normal', self.normals[name])}")
+        return "\n".join(lines) + "\n"
+
+    def _mean_color(self, name: str) -> tuple[float, ...]:
+        head = self.head
+        faces = head.quads[head.material == head.material_names.index(name)]
+        if not len(faces):
+            return (1.0, 1.0, 1.0)
+        return tuple((head.vertex_color[np.unique(faces)].mean(axis=0) / 255).tolist())
+
+
+def mesh_materials(head: HeadModel, tag: str = "") -> MeshMaterials | None:
+    """The materials of a head for mesh files; None for a head without images.
+
+    tag: begins the name of each file. Raises HeadError for an image that is none.
+    """
+    if not any(surface.color for surface in head.surfaces.values()):
+        return None
+    colors, normals = (
+        {
+            name: picture
+            for name in head.material_names
+            if (picture := material_picture(head.surfaces.get(name, Surface()), kind, name))
+        }
+        for kind in ("color", "normal")
+    )
+    return MeshMaterials(head, tag, colors, normals)
+
+
+def _alpha(picture: PortablePicture) -> bytes:
+    """The alpha of a picture as a grey one: an .mtl has it apart."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    with Image.open(io.BytesIO(picture.data)) as opened:
+        opened.convert("RGBA").getchannel("A").save(file, "PNG")
+    return file.getvalue()

@@ -61,13 +61,7 @@ class PictureOptions:
 @described
 @dataclass(frozen=True)
 class ShapeOptions:
-    """Options of .usdz: which shapes a file has.
-
-    Raises
-    ------
-    OutputError
-        For a value of another type or outside its range.
-    """
+    """Which shapes a .usdz has. Raises OutputError for values that are not allowed."""
 
     profile: str = setting(
         "arkit",
@@ -109,13 +103,7 @@ class GlbOptions(ShapeOptions):
 @described
 @dataclass(frozen=True)
 class VrmaOptions:
-    """Options of .vrma.
-
-    Raises
-    ------
-    OutputError
-        For a value of another type or outside its range.
-    """
+    """Options of .vrma. Raises OutputError for values that are not allowed."""
 
     perfect_sync: bool = setting(
         False,

@@ -27,36 +27,16 @@ if TYPE_CHECKING:  # the command line knows the formats without loading NumPy
 
 @dataclass(frozen=True)
 class Format:
-    """A format: its writer, imported when first needed, and its options.
+    """A format: its writer, imported when first needed, and its options."""
 
-    Parameters
-    ----------
-    module : str
-        The module of `elocute.export` that writes it.
-    function : str
-        The writer in that module.
-    options : type, optional
-        The settings dataclass of its options; None where it has none.
-    has_sound : bool
-        Whether what is written carries the sound.
-    sound_beside : bool
-        Whether the sound may be written beside it.
-    has_words : bool
-        Whether it shows words that are known.
-    has_alpha : bool
-        Whether it can leave out what lies behind the head.
-    has_mesh : bool
-        Whether it holds or shows the head's own mesh.
-    """
-
-    module: str
-    function: str
-    options: type | None = None
-    has_sound: bool = False
-    sound_beside: bool = False
-    has_words: bool = False
-    has_alpha: bool = False
-    has_mesh: bool = False
+    module: str  # of `elocute.export`, which writes it
+    function: str  # the writer in that module
+    options: type | None = None  # the settings dataclass of its options
+    has_sound: bool = False  # whether what is written carries the sound
+    sound_beside: bool = False  # whether the sound may be written beside it
+    has_words: bool = False  # whether it shows words that are known
+    has_alpha: bool = False  # whether it can leave out what lies behind the head
+    has_mesh: bool = False  # whether it holds or shows the head's own mesh
 
     def option_names(self) -> tuple[str, ...]:
         """The names of its options; () where it has none."""
@@ -84,7 +64,7 @@ WRITERS: dict[str, Format] = {
     ".npy": Format("meshes", "write_npy", has_mesh=True),
     ".obj": Format("meshes", "write_obj", has_mesh=True),
     ".ply": Format("meshes", "write_ply", has_mesh=True),
-    ".png": Format("contact_sheet", "write_png", PictureOptions, has_alpha=True, has_mesh=True),
+    ".png": Format("pictures", "write_png", PictureOptions, has_alpha=True, has_mesh=True),
 }
 SHAPE_OPTIONS = ("profile", "visemes")
 """Options that say which shapes a file has."""
@@ -227,19 +207,8 @@ def write(
 def check_character(head: HeadModel, path: str | Path, options: Mapping[str, Any]) -> None:
     """Refuse what a head that stands for a character in its own file cannot be written as.
 
-    Parameters
-    ----------
-    head : HeadModel
-        Any.
-    path : str or Path
-        The output.
-    options : mapping of str
-        Those of the format, by name.
-
-    Raises
-    ------
-    OutputError
-        For such a head, where the format needs a mesh or an option says which shapes there are.
+    Raises OutputError for such a head, where the format needs a mesh or one of its options says
+    which shapes there are.
     """
     suffix = check_suffix(path)
     if head.character is None:
@@ -266,20 +235,8 @@ def side_files(
 ) -> list[Path]:
     """The files that `write` makes beside an output.
 
-    Parameters
-    ----------
-    path : Path
-        The output.
-    sound : Path, Waveform or None
-        The sound that belongs to the motion.
-    embed_audio : bool
-        Whether the sound goes inside.
-    cut : bool
-        Whether only a part of the sound is meant, which cannot lie there already.
-
-    Returns
-    -------
-    list of Path
+    embed_audio: whether the sound goes inside; cut: whether only a part of the sound is meant,
+    which cannot lie there already.
     """
     if not WRITERS[check_suffix(path)].sound_beside or sound is None or embed_audio:
         return []

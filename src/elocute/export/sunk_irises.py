@@ -19,21 +19,10 @@ show, and from the side the edge of the cornea would hide too much."""
 
 
 def sunk(head: HeadModel, shapes: Float32Array) -> tuple[Float32Array, Float32Array]:
-    """A head's vertices and shapes, its irises behind the corneas.
+    """A head's vertices (vertex, 3) m and shapes (shape, vertex, 3) m, its irises behind the
+    corneas.
 
-    Parameters
-    ----------
-    head : HeadModel
-        Whose eyes' surface says how deep its irises lie; of another one nothing is moved.
-    shapes : (shape, vertex, 3) float32
-        Displacements, m.
-
-    Returns
-    -------
-    places : (vertex, 3) float32
-        m.
-    shapes : (shape, vertex, 3) float32
-        Displacements of those, m.
+    The eyes' surface says how deep they lie; of a head without one nothing is moved.
     """
     places = head.template.copy()
     share = _share(head)

@@ -6,65 +6,35 @@ of faces, materials to subsets of them. jawOpen is a blend shape; the jaw joint 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from elocute.array_types import Float32Array, FloatArray
+from elocute.errors import printable
+from elocute.export.gltf import joint_offsets
 from elocute.export.shape_profiles import Targets
-from elocute.export.usd_text import identifier, matrix, numbers, quoted, samples, tokens, tuples
 from elocute.head.model import HeadModel
 from elocute.head.normals import linear_colors, morphed_normals, moved_vertices, vertex_normals
 from elocute.head.surface import Surface
 from elocute.motion.motion import Motion
-from elocute.render.portable_pictures import PortablePicture, portable_picture
+from elocute.render.portable_pictures import PortablePicture, material_picture
 
+NUMBER = "%.6g"
 SKELETON = "/Head/Skeleton"
 NORMAL_STEP = 0.02  # changes of a unit normal below this are not stored
 
 
-@dataclass(frozen=True)
-class UsdScene:
-    """A scene, and the files that it names.
-
-    Parameters
-    ----------
-    text : str
-        The layer.
-    files : dict of str to bytes
-        By the path that the layer has for them.
-    """
-
-    text: str
-    files: dict[str, bytes]
-
-
 def usd_scene(
     motion: Motion, shapes: Targets, joints: tuple[str, ...], sound: bytes | None, title: str
-) -> UsdScene:
-    """The scene of a motion.
+) -> tuple[str, dict[str, bytes]]:
+    """The text of the scene of a motion, and the files that it names, by their paths there.
 
-    Parameters
-    ----------
-    motion : Motion
-        Of a dressed head.
-    shapes : Targets
-        The blend shapes.
-    joints : tuple of str
-        Names of the head's joints.
-    sound : bytes or None
-        A .wav.
-    title : str
-        What the scene is called.
-
-    Returns
-    -------
-    UsdScene
-
-    Raises
-    ------
-    HeadError
-        For a head with an image that is none.
+    Of a dressed head; joints: names of its joints; sound: a .wav. Raises HeadError for a head with
+    an image that is none.
     """
     head = motion.head
     pictures = _Pictures(head)
@@ -78,9 +48,25 @@ def usd_scene(
         "}\n",
         SOUND if sound is not None else "",
     ]
-    return UsdScene("".join(parts), files)
+    return "".join(parts), files
 
 
+_COORDINATES = """
+            def Shader "coordinates"
+            {
+                uniform token info:id = "UsdPrimvarReader_float2"
+                string inputs:varname = "st"
+                float2 outputs:result
+            }
+"""
+_VERTEX_COLOR = """
+            def Shader "tone"
+            {
+                uniform token info:id = "UsdPrimvarReader_float3"
+                string inputs:varname = "displayColor"
+                float3 outputs:result
+            }
+"""
 SOUND = """
 def SpatialAudio "Voice"
 {
@@ -114,13 +100,7 @@ def _joint_paths(head: HeadModel, names: tuple[str, ...]) -> list[str]:
 def _skeleton(motion: Motion, shapes: Targets, names: tuple[str, ...]) -> str:
     head = motion.head
     paths = tokens(_joint_paths(head, names))
-    places = head.joint_positions.astype(float)
-    offsets = np.array(
-        [
-            place - (places[parent] if parent >= 0 else 0)
-            for place, parent in zip(places, head.joint_parents, strict=True)
-        ]
-    )
+    places, offsets = head.joint_positions.astype(float), joint_offsets(head)
     bind = ", ".join(matrix(_shift(place)) for place in places)
     rest = ", ".join(matrix(_shift(offset)) for offset in offsets)
     turns = _turns(motion)
@@ -265,15 +245,12 @@ class _Pictures:
     def __init__(self, head: HeadModel) -> None:
         self._named: dict[tuple[str, str], tuple[str, PortablePicture]] = {}
         for name in head.material_names:
-            surface = head.surfaces.get(name)
+            surface = head.surfaces.get(name, Surface())
             for kind in ("color", "normal", "roughness"):
-                data = getattr(surface, kind) if surface is not None else b""
-                if not data:
-                    continue
-                clear = kind == "color" and surface is not None and surface.opacity != "opaque"
-                picture = portable_picture(data, f"{kind} of the material {name!r}", clear)
-                path = f"images/{identifier(name)}_{kind}{picture.suffix}"
-                self._named[name, kind] = path, picture
+                picture = material_picture(surface, kind, name)
+                if picture is not None:
+                    path = f"images/{identifier(name)}_{kind}{picture.suffix}"
+                    self._named[name, kind] = path, picture
 
     def files(self) -> dict[str, bytes]:
         return {path: picture.data for path, picture in self._named.values()}
@@ -307,7 +284,7 @@ def _material(name: str, surface: Surface | None, pictures: _Pictures) -> str:
 
     color, tint = "color3f inputs:diffuseColor", _four(*surface.tint, 1)
     if not read("color", "color", color, "float3 outputs:rgb", scale=tint, space="sRGB"):
-        nodes.append(_vertex_color())
+        nodes.append(_VERTEX_COLOR)
         inputs.append(f"{color}.connect = <{place}/tone.outputs:result>")
     # A node of its own: Blender takes the factor of the colour for the alpha's, too.
     cover = "float inputs:opacity"
@@ -322,7 +299,7 @@ def _material(name: str, surface: Surface | None, pictures: _Pictures) -> str:
     if not read("roughness", "roughness", roughness, "float outputs:g", scale=scale):
         inputs.append(f"{roughness} = {rough:.6g}")
     lines = "".join(f"                {each}\n" for each in inputs)
-    reader = _texture_coordinates() if pictures.path(name, "color") else ""
+    reader = _COORDINATES if pictures.path(name, "color") else ""
     return f"""
         def Material "{identifier(name)}"
         {{
@@ -369,23 +346,43 @@ def _texture(
 """
 
 
-def _texture_coordinates() -> str:
-    return """
-            def Shader "coordinates"
-            {
-                uniform token info:id = "UsdPrimvarReader_float2"
-                string inputs:varname = "st"
-                float2 outputs:result
-            }
-"""
+def quoted(text: str) -> str:
+    """A string or token."""
+    plain = printable(text).replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{plain}"'
 
 
-def _vertex_color() -> str:
-    return """
-            def Shader "tone"
-            {
-                uniform token info:id = "UsdPrimvarReader_float3"
-                string inputs:varname = "displayColor"
-                float3 outputs:result
-            }
-"""
+def identifier(name: str) -> str:
+    """The name of a prim: letters, digits and underscores, no digit first."""
+    plain = re.sub(r"\W", "_", name, flags=re.ASCII)
+    return plain if re.match(r"[A-Za-z_]", plain) else f"_{plain}"
+
+
+def tokens(names: Iterable[str]) -> str:
+    """An array of strings or tokens."""
+    return f"[{', '.join(map(quoted, names))}]"
+
+
+def numbers(values: ArrayLike) -> str:
+    """An array of numbers."""
+    flat = np.ravel(np.asarray(values))
+    kind = "%d" if np.issubdtype(flat.dtype, np.integer) else NUMBER
+    return f"[{', '.join((kind,) * len(flat)) % tuple(flat.tolist())}]"
+
+
+def tuples(rows: ArrayLike) -> str:
+    """An array of tuples: points, quaternions (w first), texture coordinates."""
+    table = np.asarray(rows, float)
+    one = f"({', '.join((NUMBER,) * table.shape[1])})"
+    return f"[{', '.join((one,) * len(table)) % tuple(table.ravel().tolist())}]"
+
+
+def matrix(rows: NDArray[Any]) -> str:
+    """A 4 x 4 matrix whose last row is the shift, as USD wants it."""
+    return f"( {', '.join(tuples([row])[1:-1] for row in rows)} )"
+
+
+def samples(values: Mapping[int, str], indent: str) -> str:
+    """Values by time code."""
+    lines = "".join(f"{indent}    {code}: {value},\n" for code, value in values.items())
+    return f"{{\n{lines}{indent}}}"

@@ -31,27 +31,10 @@ def write_usdz(
     options: ShapeOptions | None = None,
     progress: Any = None,
 ) -> None:
-    """Write an animated head as .usdz, its sound inside.
+    """Write an animated head as .usdz, its sound inside; it is written at once.
 
-    Parameters
-    ----------
-    motion : Motion
-        What to write.
-    path : str or Path
-        The file; one of that name is replaced.
-    sound : str, Path or Waveform, optional
-        The sound that belongs to the motion.
-    options : ShapeOptions, optional
-        Which shapes the file has.
-    progress : callable, optional
-        Not called: the file is written at once.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written, and visemes of a head that lacks the shapes for them.
-    HeadError
-        For a head with an image that is none.
+    Raises OutputError for a place that cannot be written, and visemes of a head that lacks the
+    shapes for them; HeadError for a head with an image that is none.
     """
     path, options = Path(path), options or ShapeOptions()
     motion = motion.dressed()
@@ -62,9 +45,9 @@ def write_usdz(
         if sound is not None:  # beside the draft: a disk that is full is told of this file
             write_wav(sound, draft.with_name("sound.wav"))
             wav = draft.with_name("sound.wav").read_bytes()
-        scene = usd_scene(motion, shapes, joints, wav, path.stem)
+        text, files = usd_scene(motion, shapes, joints, wav, path.stem)
         with draft.open("wb") as file:
-            _pack(file, {"head.usda": scene.text.encode(), **scene.files})
+            _pack(file, {"head.usda": text.encode(), **files})
 
 
 def _pack(file: BinaryIO, files: dict[str, bytes]) -> None:

@@ -23,31 +23,22 @@ from elocute.export.pictures import open_pictures
 from elocute.export.soundtrack import RATE, Sound, sound_blocks
 from elocute.files.atomic import write_atomically
 from elocute.motion.motion import Motion
-from elocute.render.alpha import spread_colours
 
+ALPHA_CELL = 8  # pixels a side
 WAITING = 8  # frames between drawing and encoding
 
 
 @dataclass(frozen=True)
 class Coding:
-    """How a format of video is coded.
+    """How a format of video is coded."""
 
-    Parameters
-    ----------
-    container, video, pixels, audio : str
-        FFmpeg's names of the container, the codec, its pixels, and the codec of the sound.
-    options : dict of str
-        Of the codec of the picture.
-    audio_bits : int
-        A second of sound; 0 where the codec knows.
-    """
-
+    # FFmpeg's names of the container, the codec, its pixels, and the codec of the sound
     container: str
     video: str
     pixels: str
     audio: str
-    options: dict[str, str]
-    audio_bits: int = 0
+    options: dict[str, str]  # of the codec of the picture
+    audio_bits: int = 0  # a second of sound; 0 where the codec knows
 
 
 # Visually lossless for a face on a plain ground.
@@ -74,27 +65,11 @@ def write_video(
 ) -> None:
     """Draw a motion as video with its sound, in the format of the suffix.
 
-    .mp4 is H.264 and AAC, .webm VP9 and Opus, .mov ProRes and linear PCM.
+    .mp4 is H.264 and AAC, .webm VP9 and Opus, .mov ProRes and linear PCM. Frame i is shown at i /
+    fps, where sample i · rate / fps is heard. Odd sides lose a pixel, as codecs demand.
 
-    Parameters
-    ----------
-    motion : Motion
-        What is drawn. Frame i is shown at i / fps, where sample i · rate / fps is heard.
-    path : str or Path
-        The file; one of that name is replaced.
-    sound : str, Path or Waveform, optional
-        The sound that belongs to the motion.
-    options : PictureOptions, optional
-        Size, renderer, view, light and background. Odd sides lose a pixel, as codecs demand.
-    progress : callable, optional
-        Called with the share that is done, 0 to 1.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written, and a background that cannot be read.
-    MachineError
-        Where no renderer works.
+    Raises OutputError for a place that cannot be written, and a background that cannot be read;
+    MachineError where no renderer works.
     """
     motion, options = motion.dressed(), options or PictureOptions()
     wide, high = options.size
@@ -112,7 +87,7 @@ def write_video(
 
 
 @contextlib.contextmanager
-def _told() -> Iterator[None]:
+def _as_output_errors() -> Iterator[None]:
     """Errors of the system stay what they are; any other of the encoder is an OutputError."""
     from av.error import FFmpegError
 
@@ -180,7 +155,7 @@ class _Encoder:
         self._thread.join()
         whole = kind is None and not self._failure
         try:
-            with _told():
+            with _as_output_errors():
                 if whole:
                     self._finish()
                 self._file.close()
@@ -202,7 +177,7 @@ class _Encoder:
 
         try:
             while (picture := self._pictures.get()) is not None:
-                with _told():
+                with _as_output_errors():
                     clear = picture.shape[2] == 4
                     given = spread_colours(picture) if clear else picture
                     frame = av.VideoFrame.from_ndarray(given, format="rgba" if clear else "rgb24")
@@ -244,3 +219,35 @@ class _Encoder:
         self._end_sound()
         for packet in self._video.encode(None):
             self._file.mux(packet)
+
+
+def spread_colours(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """sRGB with straight alpha whose transparent pixels have the colour of what lies next to them.
+
+    Codecs keep colours at half the size and blur them over edges: black beside hair would show as a
+    dark seam wherever the video is laid over something light.
+
+    Parameters
+    ----------
+    picture : (height, width, 4) uint8
+
+    Returns
+    -------
+    (height, width, 4) uint8
+    """
+    height, width = picture.shape[:2]
+    rows, columns = -(-height // ALPHA_CELL), -(-width // ALPHA_CELL)
+    padded = np.zeros((rows * ALPHA_CELL, columns * ALPHA_CELL, 4), np.float32)
+    padded[:height, :width] = picture
+    padded[..., :3] *= padded[..., 3:]
+    sums = padded.reshape(rows, ALPHA_CELL, columns, ALPHA_CELL, 4).sum(axis=(1, 3))
+    near = np.pad(sums, ((1, 1), (1, 1), (0, 0)))
+    nine = [near[d : d + rows, r : r + columns] for d in range(3) for r in range(3)]
+    around = np.sum(nine, axis=0)
+    colours = around[..., :3] / np.maximum(around[..., 3:], 1)
+    cells = np.clip(colours + 0.5, 0, 255).astype(np.uint8)
+    fill = cells.repeat(ALPHA_CELL, axis=0).repeat(ALPHA_CELL, axis=1)[:height, :width]
+    spread = picture.copy()
+    empty = picture[..., 3] == 0
+    spread[empty, :3] = fill[empty]
+    return spread

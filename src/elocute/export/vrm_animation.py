@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.export.gltf import joint_nodes
-from elocute.export.gltf_file import FLOAT, GltfFile
+from elocute.export.gltf_file import Channels, GltfFile, unit_xyzw
 from elocute.export.options import VrmaOptions
 from elocute.export.shape_profiles import Targets, target_shapes
-from elocute.export.vrm_body import add_body, bone_joints, standing
+from elocute.export.vrm import add_body, bone_joints, standing
 from elocute.files.atomic import write_atomically
 from elocute.head.gaze import gaze_reach
 from elocute.head.preset_shapes import VRM_GAZE
@@ -36,48 +36,18 @@ def write_vrma(
     options: VrmaOptions | None = None,
     progress: Any = None,
 ) -> None:
-    """Write a motion as a VRM animation.
+    """Write a motion as a VRM animation, which has no sound; it is written at once.
 
-    Parameters
-    ----------
-    motion : Motion
-        What to write.
-    path : str or Path
-        The file; one of that name is replaced.
-    sound : object, optional
-        Not written: a VRM animation has none.
-    options : VrmaOptions, optional
-        Which expressions move.
-    progress : callable, optional
-        Not called: the file is written at once.
-
-    Raises
-    ------
-    OutputError
-        For a place that cannot be written, and a head without ARKit's shapes.
+    Raises OutputError for a place that cannot be written, and a head without ARKit's shapes.
     """
     with write_atomically(path) as draft:
         draft.write_bytes(vrma_bytes(motion, options))
 
 
 def vrma_bytes(motion: Motion, options: VrmaOptions | None = None) -> bytes:
-    """A motion as the bytes of a .vrma.
+    """A motion as the bytes of a .vrma, with vowels, lids and gaze or ARKit's 52 expressions.
 
-    Parameters
-    ----------
-    motion : Motion
-        What to write.
-    options : VrmaOptions, optional
-        Which expressions move: vowels, lids and gaze, or ARKit's 52.
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    OutputError
-        For a head without ARKit's shapes.
+    Raises OutputError for a head without ARKit's shapes.
     """
     perfect = options is not None and options.perfect_sync
     shapes = target_shapes(motion.head, "arkit" if perfect else "vrm")
@@ -135,10 +105,8 @@ class _Scene:
         self.file, self.motion = file, standing(motion)
         self.nodes: list[dict[str, Any]] = []
         self.roots: list[int] = []
-        self.samplers: list[dict[str, Any]] = []
-        self.channels: list[dict[str, Any]] = []
         times = motion.times_s.astype(np.float32)
-        self.clock = file.array(times, "SCALAR", FLOAT, bounds=True)
+        self.speech = Channels(file.array(times, bounds=True))
         self.bones = self._bones()
 
     def _bones(self) -> dict[str, dict[str, int]]:
@@ -159,7 +127,7 @@ class _Scene:
         node = self._node(name)
         places = np.zeros((len(weights), 3), np.float32)
         places[:, 0] = np.clip(weights, 0, 1)
-        self._move(node, "translation", self.file.array(places, "VEC3", FLOAT))
+        self.speech.move(node, "translation", self.file.array(places))
         return {"node": node}
 
     def gaze(self, turns: NDArray[np.float64]) -> int:
@@ -171,9 +139,7 @@ class _Scene:
     def finish(self) -> None:
         self.file.json["nodes"] = self.nodes
         self.file.json["scenes"] = [{"nodes": self.roots}]
-        self.file.json["animations"] = [
-            {"name": "speech", "samplers": self.samplers, "channels": self.channels}
-        ]
+        self.file.json["animations"] = [self.speech.animation()]
 
     def _node(self, name: str) -> int:
         self.nodes.append({"name": name})
@@ -181,12 +147,4 @@ class _Scene:
         return self.roots[-1]
 
     def _turn(self, node: int, turns: NDArray[Any]) -> None:
-        turns = turns[:, [1, 2, 3, 0]]  # glTF writes xyzw
-        turns = turns / np.linalg.norm(turns, axis=1, keepdims=True)
-        self._move(node, "rotation", self.file.array(turns.astype(np.float32), "VEC4", FLOAT))
-
-    def _move(self, node: int, path: str, output: int) -> None:
-        self.samplers.append({"input": self.clock, "output": output, "interpolation": "LINEAR"})
-        self.channels.append(
-            {"sampler": len(self.samplers) - 1, "target": {"node": node, "path": path}}
-        )
+        self.speech.move(node, "rotation", self.file.array(unit_xyzw(turns)))

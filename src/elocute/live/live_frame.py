@@ -9,7 +9,7 @@ import numpy as np
 
 from elocute.array_types import Float32Array, Float64Array
 from elocute.export.arkit_csv import COLUMNS, arkit_curves, head_poses
-from elocute.export.fitted_shapes import FittedShapes, vrm_shapes
+from elocute.export.shape_profiles import FittedShapes, vrm_shapes
 from elocute.head.builtin import load_builtin_head
 from elocute.models.streaming import Frame
 from elocute.motion.motion import Motion

@@ -1,20 +1,28 @@
-"""Reads the arrays of a glTF file: accessors over its buffers, unpacked where meshopt packed."""
+"""Reads the arrays of a glTF file: accessors, unpacked where meshopt or Draco packed them."""
 
 from __future__ import annotations
 
 import base64
+import importlib.util
+import json
+import math
+import subprocess
+import sys
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.meshes import meshopt
-from elocute.meshes.gltf_checks import WIDTHS
-from elocute.meshes.gltf_document import GltfDocument
+from elocute.errors import InputError
+from elocute.meshes import draco_child, meshopt
+from elocute.meshes.gltf_document import MESHOPT, TYPES, WIDTHS, GltfDocument
 
-MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
-TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+DRACO = "KHR_draco_mesh_compression"
+DRACO_TIME_MAX_S = 60.0
+DRACO_COUNT_MAX = 3_000_000
+DRACO_ALLOWED = "sound Draco streams of up to 3,000,000 corners"
 MOST_BYTES = 1_000_000_000
 """What all that is read of a file, and built of it, may take beside `FOR_EACH_BYTE`."""
 FOR_EACH_BYTE = 16
@@ -26,14 +34,9 @@ class TooMuchError(ValueError):
 
 
 class GltfArrays:
-    """The accessors of a file.
+    """The accessors of a checked file, whose content is decoded when it is asked for.
 
-    Parameters
-    ----------
-    document : GltfDocument
-        Checked; what it holds is decoded when it is asked for.
-    known : dict of (count, width) arrays, optional
-        Accessors that are stored elsewhere, as they would be stored.
+    known: accessors (count, width) that are stored elsewhere, as they would be stored.
     """
 
     def __init__(
@@ -51,20 +54,12 @@ class GltfArrays:
     def values(self, accessor: int) -> NDArray[Any]:
         """The elements of an accessor.
 
-        Parameters
-        ----------
-        accessor : int
-            Its number.
+        Raises ValueError for content that is damaged, absent or more than may be read.
 
         Returns
         -------
         (count, width) array
             Float64 where they are floats or normalized, whole numbers as they are stored.
-
-        Raises
-        ------
-        ValueError
-            For content that is damaged, absent or more than may be read.
         """
         record = self._document.records("accessors")[accessor]
         kind, width = np.dtype(TYPES[record["componentType"]]), WIDTHS[record["type"]]
@@ -170,3 +165,87 @@ def packing(view: dict[str, Any]) -> dict[str, Any] | None:
     extensions = view.get("extensions")
     known = extensions if isinstance(extensions, dict) else {}
     return next((known[name] for name in MESHOPT if isinstance(known.get(name), dict)), None)
+
+
+def draco_is_here() -> bool:
+    """Whether the library that unpacks Draco is installed."""
+    return importlib.util.find_spec("DracoPy") is not None
+
+
+def has_draco(document: GltfDocument) -> bool:
+    """Whether a primitive is packed by Draco."""
+    return bool(_draco_packed(document))
+
+
+def _draco_packed(document: GltfDocument) -> list[tuple[dict[str, Any], dict[str, Any]]]:
+    """The primitives that Draco packed, and how."""
+    found = []
+    for mesh in document.records("meshes"):
+        for primitive in mesh["primitives"]:
+            extensions = primitive.get("extensions")
+            note = extensions.get(DRACO) if isinstance(extensions, dict) else None
+            if isinstance(note, dict):
+                found.append((primitive, note))
+    return found
+
+
+def draco_arrays(document: GltfDocument, path: Path, error: type[InputError]) -> GltfArrays:
+    """The accessors of a file, with what Draco packed.
+
+    Raises an `error` for streams that are damaged or are not what the file says.
+    """
+    packed, plain = _draco_packed(document), GltfArrays(document)
+    accessors = document.records("accessors")
+    found: dict[int, NDArray[Any]] = {}
+    try:
+        total = sum(
+            accessors[place]["count"]
+            for primitive, _ in packed
+            for place in (primitive["indices"], primitive["attributes"]["POSITION"])
+        )
+        if total > DRACO_COUNT_MAX:
+            raise error.about(path, found=f"{total} packed corners", allowed=DRACO_ALLOWED)
+        streams = [plain.view(note["bufferView"]).tobytes() for _, note in packed]
+        unpacked = _draco_unpacked(streams)
+        for index, (primitive, note) in enumerate(packed):
+            parts = {primitive["indices"]: unpacked[f"f{index}"]}
+            for name, number in note["attributes"].items():
+                parts[primitive["attributes"][name]] = unpacked[f"a{index}_{number}"]
+            for place, values in parts.items():
+                found[place] = _as_stored(accessors[place], values)
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, OSError) as problem:
+        if isinstance(problem, InputError):
+            raise
+        raise error.about(
+            path, found="a Draco stream that cannot be read", allowed=DRACO_ALLOWED
+        ) from problem
+    return GltfArrays(document, found)
+
+
+def _draco_unpacked(streams: list[bytes]) -> dict[str, NDArray[Any]]:
+    """What the child makes of the streams. Raises ValueError where it ends otherwise."""
+    lengths = json.dumps([len(stream) for stream in streams]).encode()
+    try:
+        child = subprocess.run(
+            [sys.executable, "-I", draco_child.__file__],
+            input=b"".join([lengths, b"\n", *streams]),
+            capture_output=True,
+            timeout=DRACO_TIME_MAX_S,
+            check=True,
+        )
+    except subprocess.SubprocessError as problem:
+        raise ValueError("the stream ended its reader") from problem
+    header, _, data = child.stdout.partition(b"\n")
+    arrays, start = {}, 0
+    for name, kind, shape in json.loads(header):
+        arrays[name] = np.frombuffer(data, kind, math.prod(shape), start).reshape(shape)
+        start += arrays[name].nbytes
+    return arrays
+
+
+def _as_stored(accessor: dict[str, Any], values: NDArray[Any]) -> NDArray[Any]:
+    """(count, width) as an accessor stores them. Raises ValueError for another count."""
+    shape = (accessor["count"], WIDTHS[accessor["type"]])
+    if values.size != shape[0] * shape[1]:
+        raise ValueError("a stream of another count than the accessor's")
+    return values.reshape(shape).astype(TYPES[accessor["componentType"]])

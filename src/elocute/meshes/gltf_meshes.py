@@ -1,13 +1,12 @@
 """Reads the meshes of a glTF file at rest, with the colours of their materials.
 
-Skinned meshes stand where their joints put them. Vertices may be quantized, sparse, or packed by
-meshopt (`gltf_arrays`) or Draco (`draco_gltf`).
+Skinned meshes stand where their joints put them. Vertices may be quantized, sparse, or packed
+by meshopt or Draco (`gltf_arrays`).
 """
 
 from __future__ import annotations
 
 import base64
-import io
 from collections.abc import Iterator
 from typing import Any
 
@@ -18,14 +17,14 @@ from elocute.errors import InputError
 from elocute.meshes.gltf_arrays import GltfArrays
 from elocute.meshes.gltf_document import GltfDocument
 from elocute.meshes.gltf_nodes import NodeTree
-from elocute.meshes.mesh_file import PICTURE_FORMATS, check_picture
-from elocute.meshes.part import (
+from elocute.meshes.mesh_file import (
     ALPHA_MODES,
     GREY,
     MeshPart,
     PartOrigin,
-    drawn_picture,
+    check_picture,
     factor_color,
+    opened_picture,
 )
 
 Matrix = NDArray[np.float64]
@@ -41,30 +40,10 @@ WEBP = "EXT_texture_webp"
 def gltf_parts(
     document: GltfDocument, arrays: GltfArrays, subject: str, budget: int, error: type[InputError]
 ) -> Iterator[MeshPart]:
-    """The parts of a file, in the order of its scene.
+    """The parts of a file that was checked, in the order of its scene.
 
-    Parameters
-    ----------
-    document : GltfDocument
-        Checked.
-    arrays : GltfArrays
-        Its accessors.
-    subject : str
-        Where it is from, for messages.
-    budget : int
-        Bytes that its pictures may take, unpacked.
-    error : type of InputError
-        The class to raise.
-
-    Yields
-    ------
-    MeshPart
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for pictures that are none, damaged or too large; others for content
-        that does not fit its records.
+    budget: bytes that its pictures may take, unpacked. Raises an `error` for pictures that are
+    none, damaged or too large; others for content that does not fit its records.
     """
     tree = NodeTree(document)
     pictures = _Pictures(document, arrays, subject, budget, error)
@@ -280,7 +259,7 @@ class _Pictures:
         if not np.isfinite(uv).all():
             return plain
         if (source, mode) not in self._known:
-            self._known[source, mode] = drawn_picture(self._opened(source), mode)
+            self._known[source, mode] = self._opened(source, mode)
         picture, opacity = self._known[source, mode]
         return picture, uv * [1, -1] + [0, 1], opacity
 
@@ -292,10 +271,8 @@ class _Pictures:
         packed = record.get("extensions", {}).get(WEBP, {})
         return packed.get("source", record.get("source"))
 
-    def _opened(self, number: int) -> Any:
+    def _opened(self, number: int, mode: Any) -> tuple[Any, str]:
         """The picture, whose size is known before its pixels are decoded."""
-        from PIL import Image
-
         record = self._document.records("images")[number]
         if "bufferView" in record:
             data = self._arrays.view(record["bufferView"]).tobytes()
@@ -309,14 +286,7 @@ class _Pictures:
                 found=f"a picture of {width} × {height} pixels",
                 allowed="pictures that unpack to less",
             )
-        picture = Image.open(io.BytesIO(data), formats=PICTURE_FORMATS)
-        try:
-            picture.load()
-        except Exception as problem:  # PIL's parsers raise of every kind
-            raise self._error.about(
-                self._subject, found="a damaged picture", allowed="pictures that can be read"
-            ) from problem
-        return picture
+        return opened_picture(data, self._subject, self._error, mode)
 
 
 def _transformed(uv: NDArray[np.float64], shift: dict[str, Any]) -> NDArray[np.float64]:

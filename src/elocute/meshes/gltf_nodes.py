@@ -16,13 +16,7 @@ SHEAR = 1e-4
 
 
 class NodeTree:
-    """The nodes of a file at rest.
-
-    Parameters
-    ----------
-    document : GltfDocument
-        The file, whose nodes form trees.
-    """
+    """The nodes of a file, which form trees, at rest."""
 
     def __init__(self, document: GltfDocument) -> None:
         self.nodes = document.records("nodes")
@@ -103,15 +97,7 @@ def rest_turn(node: dict[str, Any]) -> NDArray[np.float64]:
 def without_matrix(node: dict[str, Any]) -> dict[str, Any] | None:
     """A node's record as a turn, a scale and a shift, which alone can be animated.
 
-    Parameters
-    ----------
-    node : dict
-        The record.
-
-    Returns
-    -------
-    dict or None
-        The record itself where it has no matrix; None where its matrix shears.
+    The record itself where it has no matrix; None where its matrix shears.
     """
     if "matrix" not in node:
         return node

@@ -7,7 +7,6 @@ as a regular file of limited size. What is not there is told.
 
 from __future__ import annotations
 
-import io
 import os
 import unicodedata
 import warnings
@@ -21,9 +20,8 @@ import numpy as np
 from elocute.errors import ElocuteWarning, InputError
 from elocute.files.reading import FileKind, bytes_text, read_bytes
 from elocute.files.unpacked_size import unpacked_limit
-from elocute.meshes.mesh_file import PICTURE_FORMATS, check_picture
+from elocute.meshes.mesh_file import check_picture, opened_picture
 from elocute.meshes.obj_mesh import line_name, text_lines
-from elocute.meshes.part import drawn_picture
 from elocute.meshes.polygon_mesh import PolygonMesh, color_bytes
 
 MATERIAL_MAX_BYTES = 1_000_000
@@ -41,28 +39,14 @@ SHIFTS = ("-s", "-o", "-t")
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """How a material looks.
+    """How a material looks."""
 
-    Attributes
-    ----------
-    name : str
-        Of the material, or the file.
-    color : (3,) of 0 to 255, or None
-        sRGB; None where nothing says one.
-    picture : PIL.Image.Image or None
-        In RGB or RGBA.
-    scale, offset : (2,)
-        A place in the picture is `scale · uv + offset`.
-    opacity : str
-        As for `MeshPart`.
-    """
-
-    name: str
-    color: Any = None
-    picture: Any = None
-    scale: tuple[float, float] = (1.0, 1.0)
+    name: str  # of the material, or the file
+    color: Any = None  # (3,) sRGB, 0 to 255; None where nothing says one
+    picture: Any = None  # in RGB or RGBA
+    scale: tuple[float, float] = (1.0, 1.0)  # a place in the picture is `scale · uv + offset`
     offset: tuple[float, float] = (0.0, 0.0)
-    opacity: str = "opaque"
+    opacity: str = "opaque"  # as for `MeshPart`
 
 
 @dataclass(frozen=True)
@@ -80,33 +64,10 @@ def mesh_looks(
 ) -> dict[int, Look]:
     """How the materials of a mesh look.
 
-    Parameters
-    ----------
-    mesh : PolygonMesh
-        As parsed.
-    used : iterable of int
-        Rows of its `material_names`; -1 stands for faces without a material.
-    placed : bool
-        Whether any face has places in a picture.
-    path : Path
-        The mesh's file.
-    error : type of InputError
-        The class to raise.
-
-    Returns
-    -------
-    dict of int to Look
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for material files and pictures that are no regular files, damaged, or
-        unpack to far more than their size.
-
-    Warns
-    -----
-    ElocuteWarning
-        For each that is named but not there.
+    used: rows of its `material_names`, -1 for faces without a material; placed: whether any face
+    has places in a picture. Raises an `error` for material files and pictures that are no regular
+    files, damaged, or unpack to far more than their size; warns for each that is named but not
+    there.
     """
     beside = _Beside(path, error)
     placed = placed and bool(np.ptp(mesh.uv, axis=0).any())  # some programs write zeros only
@@ -199,8 +160,6 @@ class _Beside:
         return self._pictures[file]
 
     def _opened(self, file: Path) -> tuple[Any, str]:
-        from PIL import Image
-
         data = read_bytes(file, FileKind("a picture", PICTURE_MAX_BYTES, self._error))
         width, height = check_picture(data, file, self._error)
         self._budget += 4 * width * height
@@ -211,12 +170,7 @@ class _Beside:
                 found=f"a picture of {width} × {height} pixels",
                 allowed=f"pictures up to {bytes_text(limit)} unpacked",
             )
-        try:
-            return drawn_picture(Image.open(io.BytesIO(data), formats=PICTURE_FORMATS), None)
-        except Exception as problem:  # PIL's parsers raise of every kind
-            raise self._error.about(
-                file, found="a damaged picture", allowed="pictures that can be read"
-            ) from problem
+        return opened_picture(data, file, self._error)
 
     def _find(self, name: str) -> Path | None:
         """The file of a name whose folders do not count, its letters in any case."""

@@ -31,29 +31,15 @@ UNPACKED = {
 
 
 def unpacked(data: bytes, *, count: int, stride: int, mode: str, filter: str = "NONE") -> Bytes:
-    """Unpack one stream.
+    """Unpack one whole stream.
 
-    Parameters
-    ----------
-    data : bytes
-        The whole stream.
-    count : int
-        Elements; memory is taken for as many, so the caller says how many are too many.
-    stride : int
-        Bytes of an element.
-    mode : str
-        ATTRIBUTES, TRIANGLES or INDICES.
-    filter : str
-        NONE, OCTAHEDRAL, QUATERNION, EXPONENTIAL or COLOR.
+    Memory is taken for `count` elements of `stride` bytes, so the caller says how many are too
+    many. mode: ATTRIBUTES, TRIANGLES or INDICES; filter: NONE, OCTAHEDRAL, QUATERNION, EXPONENTIAL
+    or COLOR. Raises ValueError for a stream that is damaged or is not what is told of it.
 
     Returns
     -------
     (count, stride) uint8
-
-    Raises
-    ------
-    ValueError
-        For a stream that is damaged or is not what is told of it.
     """
     if mode == "ATTRIBUTES":
         if not (0 < stride <= BLOCK_ELEMENTS and stride % 4 == 0):

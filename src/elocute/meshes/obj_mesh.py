@@ -26,22 +26,7 @@ NAME_MAX = 300
 
 
 def parse_obj(data: bytes, path: Path, error: type[InputError]) -> PolygonMesh:
-    """The polygons of an .obj.
-
-    Parameters
-    ----------
-    data : bytes
-        The file's content.
-    path : Path
-        Its name, for messages.
-    error : type of InputError
-        The class to raise.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for lines that cannot be read.
-    """
+    """The polygons of an .obj. Raises an `error` for lines that cannot be read."""
     lines = _Lines()
     for number, line in enumerate(text_lines(data), 1):
         words = line.split()

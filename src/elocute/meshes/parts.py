@@ -1,7 +1,7 @@
 """The parts of a mesh file with their materials: surfaces as other programs dress them.
 
-glTF is read by `gltf_meshes`, other files by `files.meshes`. Nothing outside a file is opened but
-the materials and pictures beside an .obj or .ply (`files.mesh_materials`).
+glTF is read by `gltf_meshes`, other files by `mesh_file`. Nothing outside a file is opened but
+the materials and pictures beside an .obj or .ply (`materials`).
 """
 
 from __future__ import annotations
@@ -15,8 +15,15 @@ from numpy.typing import NDArray
 from elocute.errors import InputError
 from elocute.files.reading import bytes_text
 from elocute.files.unpacked_size import unpacked_limit
-from elocute.meshes.draco_gltf import draco_arrays, draco_is_here, has_draco
-from elocute.meshes.gltf_arrays import FOR_EACH_BYTE, MOST_BYTES, GltfArrays, TooMuchError
+from elocute.meshes.gltf_arrays import (
+    FOR_EACH_BYTE,
+    MOST_BYTES,
+    GltfArrays,
+    TooMuchError,
+    draco_arrays,
+    draco_is_here,
+    has_draco,
+)
 from elocute.meshes.gltf_document import (
     SUFFIXES as GLTF_SUFFIXES,
     GltfDocument,
@@ -25,8 +32,7 @@ from elocute.meshes.gltf_document import (
 )
 from elocute.meshes.gltf_meshes import gltf_parts
 from elocute.meshes.materials import Look, mesh_looks
-from elocute.meshes.mesh_file import PARSERS, check_picture, read_mesh_file
-from elocute.meshes.part import GREY, MeshPart
+from elocute.meshes.mesh_file import GREY, PARSERS, MeshPart, check_picture, read_mesh_file
 from elocute.meshes.polygon_mesh import PolygonMesh
 
 SUFFIXES = (*PARSERS, *GLTF_SUFFIXES)
@@ -37,36 +43,14 @@ PARTS_MAX = 1000
 def read_mesh_parts(
     path: str | Path, *, max_bytes: int, error: type[InputError], finite: bool = True
 ) -> tuple[MeshPart, ...]:
-    """Read a mesh with its materials.
+    """Read an .obj, .ply, .stl, .glb, .gltf, .vrm or .fbx with its materials: one part at least.
 
-    Parameters
-    ----------
-    path : str or Path
-        An .obj, .ply, .stl, .glb, .gltf, .vrm or .fbx.
-    max_bytes : int
-        Largest size of the file, bytes.
-    error : type of InputError
-        The class to raise.
-    finite : bool
-        Whether an .obj, .ply or .stl with vertices that are not finite is refused.
+    finite: whether an .obj, .ply or .stl with vertices that are not finite is refused.
 
-    Returns
-    -------
-    tuple of MeshPart
-        One at least.
-
-    Warns
-    -----
-    ElocuteWarning
-        For materials and pictures that are named but not there, and colours left out.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a file that is missing, too large, damaged, compressed in a way
-        that is not read, not a mesh, or with pictures that unpack to far more than their size.
-    MachineError
-        For an .fbx where Blender's module is not installed.
+    Warns of materials and pictures that are named but not there, and colours left out. Raises an
+    `error` for a file that is missing, too large, damaged, compressed in a way that is not read,
+    not a mesh, or with pictures that unpack to far more than their size; MachineError for an .fbx
+    where Blender's module is not installed.
     """
     path = Path(path)
     if path.suffix.lower() in GLTF_SUFFIXES:

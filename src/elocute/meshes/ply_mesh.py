@@ -102,20 +102,8 @@ class _ShortError(Exception):
 def parse_ply(data: bytes, path: Path, error: type[InputError]) -> PolygonMesh:
     """The polygons of a .ply.
 
-    Parameters
-    ----------
-    data : bytes
-        The file's content.
-    path : Path
-        Its name, for messages.
-    error : type of InputError
-        The class to raise.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for another header, and a file with fewer or more numbers than its
-        header says.
+    Raises an `error` for another header, and a file with fewer or more numbers than its header
+    says.
     """
     try:
         order, elements, pictures, start = _header(data)

@@ -24,39 +24,19 @@ BRIGHT_SHARE = 0.99
 
 @dataclass(frozen=True, eq=False)
 class PolygonMesh:
-    """Polygons in the order of a file.
+    """Polygons in the order of a file."""
 
-    Attributes
-    ----------
-    vertices : (vertex, 3) float64
-        In the file's unit.
-    colors : (vertex, 3) uint8 or None
-        sRGB.
-    corners : (corner,) int64
-        Vertices of the polygons, one polygon after the other; all of them are there.
-    sizes : (face,) int64
-        Corners of each polygon.
-    uv : (place, 2) float64
-        Places in a picture, v upwards.
-    places : (corner,) int64
-        Rows of `uv`; -1 for a corner without one.
-    materials : (face,) int64
-        Rows of `material_names`; -1 for a face without one.
-    material_names : tuple of str
-        Names in material files; of a .ply, the names of pictures.
-    libraries : tuple of str
-        What the file names as its material files.
-    """
-
-    vertices: NDArray[np.float64]
-    colors: NDArray[np.uint8] | None
+    vertices: NDArray[np.float64]  # (vertex, 3) in the file's unit
+    colors: NDArray[np.uint8] | None  # (vertex, 3) sRGB
+    # (corner,) vertices of the polygons, one polygon after the other; all of them are there
     corners: NDArray[np.int64]
-    sizes: NDArray[np.int64]
-    uv: NDArray[np.float64]
-    places: NDArray[np.int64]
-    materials: NDArray[np.int64]
+    sizes: NDArray[np.int64]  # (face,) corners of each polygon
+    uv: NDArray[np.float64]  # (place, 2) places in a picture, v upwards
+    places: NDArray[np.int64]  # (corner,) rows of `uv`; -1 for a corner without one
+    materials: NDArray[np.int64]  # (face,) rows of `material_names`; -1 for a face without one
+    # names in material files; of a .ply, the names of pictures
     material_names: tuple[str, ...] = ()
-    libraries: tuple[str, ...] = ()
+    libraries: tuple[str, ...] = ()  # what the file names as its material files
 
     @property
     def triangles(self) -> NDArray[np.int64]:
@@ -140,23 +120,11 @@ def _ears(places: NDArray[np.float64]) -> list[tuple[int, int, int]]:
 def checked_mesh(
     mesh: PolygonMesh, path: Path, error: type[InputError], cloud: bool = False
 ) -> PolygonMesh:
-    """The mesh, once it has triangles, all of whose corners are there.
+    """The mesh, once it has triangles, all of whose corners are there; `places` that are not become
+    -1.
 
-    Parameters
-    ----------
-    mesh : PolygonMesh
-        As parsed; `places` that are not there become -1.
-    path : Path
-        The file, for the message.
-    error : type of InputError
-        The class to raise.
-    cloud : bool
-        Whether points without triangles are allowed.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, for a cloud of points, and for corners past the vertices.
+    Raises an `error` for a cloud of points, unless it may be one, and for corners past the
+    vertices.
     """
     count, corners = len(mesh.vertices), mesh.corners
     if not count or not (cloud or (mesh.sizes > 2).any()):
@@ -172,14 +140,10 @@ def checked_mesh(
 
 
 def color_bytes(values: NDArray[Any], kind: str) -> NDArray[np.uint8]:
-    """Colours as bytes, from numbers that count to 1, 255 or 65,535.
+    """Colours (row, 3) as bytes, from numbers that count to 1, 255 or 65,535; black where not
+    finite.
 
-    Parameters
-    ----------
-    values : (row, 3)
-        Of any numbers; what is not finite becomes black.
-    kind : str
-        NumPy's letter and size of the numbers as declared: "u1" counts to 255, "f4" mostly to 1.
+    kind: NumPy's letter and size of the numbers as declared: "u1" counts to 255, "f4" mostly to 1.
     """
     shares = np.nan_to_num(np.asarray(values, np.float64), posinf=0, neginf=0)
     if kind in ("u1", "i1"):  # where a signed byte is declared, an unsigned one is meant

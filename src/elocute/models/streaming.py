@@ -420,7 +420,8 @@ class Stream:
             rows = rows_of_frames(heard, self._first_row, first - self._late, count, fps)
             if self._late:  # before anything is known of it, life begins slowly
                 known_s = (np.arange(first, first + count) - self._late) / fps
-                rows = rows * smoothstep(np.clip(known_s / BEGIN_S, 0, 1))[:, None]
+                share = smoothstep(np.clip(known_s / BEGIN_S, 0, 1))
+                rows = (rows * share[:, None]).astype(np.float32)
             head = self._face.head
             curves = self._face.curves(curves, rows).select(head.expression_names)
             turned = self._face.rotations(rows)

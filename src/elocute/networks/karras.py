@@ -77,11 +77,6 @@ class Karras(nn.Module):
         nn.init.zeros_(self.embedding.bias)
         nn.init.zeros_(self.decoder.bias)
 
-    def start_decoder(self, components: Tensor) -> None:
-        """Weights from principal components (component, output); the bias stays zero."""
-        with torch.no_grad():
-            self.decoder.weight.copy_(components.T)
-
     def analyse(self, rows: Tensor, noise: Noise | None = None) -> Tensor:
         """(row, 32) of autocorrelation to (row, 256): the formant analysis network."""
         x = rows[:, None]

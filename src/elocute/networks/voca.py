@@ -76,8 +76,7 @@ class Voca(nn.Module):
     """(batch, 16, feature) and (batch, style) to (batch, output).
 
     Batch norm is one scalar mean and variance for all features, and the styles pass it by, as in
-    the released code. `decoder` may be set from principal components by `start_decoder`. Windows
-    are of what `projected` gives.
+    the released code. Windows are of what `projected` gives.
     """
 
     projection: Tensor
@@ -120,11 +119,6 @@ class Voca(nn.Module):
     def layers(self) -> list[nn.Conv1d]:
         """The four convolutions."""
         return list(self.convolutions)  # pyright: ignore[reportReturnType]
-
-    def start_decoder(self, components: Tensor) -> None:
-        """Weights from principal components (component, output); the bias stays zero."""
-        with torch.no_grad():
-            self.decoder.weight.copy_(components.T)
 
     def projected(self, heard: Tensor) -> Tensor:
         """(frame, feature) of (frame, feature of the encoder)."""

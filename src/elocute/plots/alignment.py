@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from elocute.audio.spectral import log_mel
 from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.files.atomic import write_atomically
+from elocute.plots.curves import SCALE, round_step
 
 SIDE, STRIP, GAP, MARGIN, TOP = 720, 170, 12, 64, 56
 BETWEEN = 48  # matrices
-SCALE = 2  # drawn larger, then reduced: smooth lines
 PATH_INK, GRID_INK, TEXT_INK = "#e4572e", "#c8c8c8", "#333333"
 DEPTH = 9.0  # of spectrograms, in natural logarithms below the loudest
 DARK, LIGHT = np.array([16, 38, 77.0]), np.array([250, 251, 253.0])
@@ -30,14 +30,10 @@ def plot_alignment(
 ) -> None:
     """Draw a warping path over matrices, with both spectrograms beside them, as .png.
 
-    `sounds` are source and target. `matrices` (source frame, target frame) are by the names above
-    them, side by side: attention, or costs with their sign turned; more is darker. Raises
-    OutputError for a place that cannot be written.
-
-    Parameters
-    ----------
-    path : (step, 2)
-        Frames of source and target, drawn over each matrix.
+    sounds: source and target. matrices: (source frame, target frame) by the names above them, side
+    by side: attention, or costs with their sign turned; more is darker. path: (step, 2) frames of
+    source and target, drawn over each matrix. Raises OutputError for a place that cannot be
+    written.
     """
     from PIL import Image, ImageDraw, ImageFont
 
@@ -94,9 +90,7 @@ def _target_axis(draw: Any, font: Any, seconds: float, left: int) -> None:
 
 def _marks(seconds: float) -> list[float]:
     """About six marks on round numbers."""
-    raw = max(seconds, 1e-3) / 6
-    power = 10.0 ** np.floor(np.log10(raw))
-    step = power * min(n for n in (1, 2, 5, 10) if n * power >= raw)
+    step = round_step(max(seconds, 1e-3), 6)
     return np.round(np.arange(0, seconds + 1e-9, step), 6).tolist()
 
 

@@ -41,39 +41,22 @@ class CapturedWord:
 def captured_words(
     corpus: Corpus, words: Path | None = None, split: str = "default"
 ) -> dict[str, list[CapturedWord]]:
-    """The words that captured speakers say, with their times.
+    """All that captured speakers say, with its times, by the spelling in lower case.
 
-    Parameters
-    ----------
-    corpus
-        Clips of captured speakers, with their texts.
-    words
-        Folder of CLIP.json or CLIP.TextGrid with the times of the words, as `elocute words`
-        writes them; a clip of one word needs none.
-    split
-        Name of the split; where the corpus lacks it, all clips count as `train`.
-
-    Returns
-    -------
-    dict
-        From a spelling in lower case to all that say it.
-
-    Raises
-    ------
-    CorpusError
-        Where no clip holds a word with times.
-    AlignmentError
-        For a file of words that is broken or does not fit its clip.
+    words: folder of CLIP.json or CLIP.TextGrid with the times of the words, as `elocute words`
+    writes them; a clip of one word needs none. split: where the corpus lacks it, all clips count as
+    `train`. Raises CorpusError where no clip holds a word with times, and AlignmentError for a file
+    of words that is broken or does not fit its clip.
     """
     if words is not None and not words.is_dir():
         raise CorpusError.about(words, found="no folder", allowed="a folder of CLIP.json")
     parts = _parts(corpus, split)
-    found: dict[str, list[CapturedWord]] = {}
+    by_spelling: dict[str, list[CapturedWord]] = {}
     for entry in corpus.entries:
         if entry.name not in parts:
             continue
         for index, (word, start, end) in enumerate(_spoken(corpus, entry.name, words)):
-            found.setdefault(word, []).append(
+            by_spelling.setdefault(word, []).append(
                 CapturedWord(
                     name=f"{entry.name}.{index:03d}",
                     word=word,
@@ -84,14 +67,14 @@ def captured_words(
                     end_s=end,
                 )
             )
-    if not found:
+    if not by_spelling:
         raise CorpusError.about(
             corpus.folder,
             found="no word with its times",
             allowed="clips of one word each, or `words`, a folder with CLIP.json",
             remedy="make them: elocute words segment",
         )
-    return found
+    return by_spelling
 
 
 def _parts(corpus: Corpus, split: str) -> dict[str, str]:
@@ -117,14 +100,14 @@ def _spoken(corpus: Corpus, clip: str, words: Path | None) -> list[tuple[str, fl
             found=f"words until {listed[-1].end_s:.2f} s",
             allowed=f"{duration:.2f} s, the length of clip {clip}",
         )
-    found = []
+    spoken = []
     for index, word in enumerate(listed):
         before = listed[index - 1].end_s if index else 0.0
         after = listed[index + 1].start_s if index + 1 < len(listed) else duration
         start = max(word.start_s - MARGIN_S, min((before + word.start_s) / 2, word.start_s), 0.0)
         end = min(word.end_s + MARGIN_S, max((after + word.end_s) / 2, word.end_s), duration)
-        found.append((word.text.strip(".,;:!?").casefold(), start, end))
-    return found
+        spoken.append((word.text.strip(".,;:!?").casefold(), start, end))
+    return spoken
 
 
 def _words_path(words: Path | None, clip: str) -> Path | None:

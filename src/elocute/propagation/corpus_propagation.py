@@ -18,7 +18,8 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 from elocute.alignment.methods import resolve_method
-from elocute.corpus.corpus_store import open_corpus
+from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes, sweep_shapes
+from elocute.corpus.corpus_store import Corpus, open_corpus
 from elocute.corpus.shards import BASIS, ShardEntry, write_manifest
 from elocute.encoders.registry import resolve_encoder
 from elocute.errors import CorpusError, OutputError
@@ -26,9 +27,8 @@ from elocute.files.atomic import write_atomically
 from elocute.files.reading import file_sha256
 from elocute.files.work_folder import prepare_work
 from elocute.jobs.pool import FailedTask, Pool, one_after_another
-from elocute.motion.store import load_motion
-from elocute.propagation.blendshape_basis import provide_basis
-from elocute.propagation.captured_words import CapturedWord, captured_words
+from elocute.motion.store import load_motion, save_motion
+from elocute.propagation.captured_words import CapturedCorpus, CapturedWord, captured_words
 from elocute.propagation.settings import PropagateConfig, PropagationSettings
 from elocute.propagation.word_job import (
     RECORDS,
@@ -142,10 +142,10 @@ def propagate_corpus(
     config = config or PropagateConfig()
     resolve_method(config.method)
     resolve_encoder(config.encoder)
-    opened, found = open_corpus(corpus), find_recordings(recordings)
+    opened, recorded = open_corpus(corpus), find_recordings(recordings)
     captured = captured_words(opened, words, split)
     top = (root or recordings).resolve()
-    if not found.folder.resolve().is_relative_to(top):
+    if not recorded.folder.resolve().is_relative_to(top):
         raise CorpusError.about(recordings, found="not below `root`", allowed=f"a folder in {top}")
     pool = chosen_pool(config.method, jobs, ray)
     prepare_work(folder, resume, RECORDS, WRITTEN)
@@ -159,7 +159,7 @@ def propagate_corpus(
         folder=str(folder.resolve()),
         truth=corpus.resolve().is_relative_to(top),
     )
-    return propagate(settings, captured, found, pool, progress)
+    return propagate(settings, captured, recorded, pool, progress)
 
 
 def chosen_pool(method: str, jobs: int, address: str | None = None) -> Pool:
@@ -240,10 +240,10 @@ def all_tasks(
 ) -> Iterator[WordTask]:
     """A task for each word, captured or recorded; its recordings are listed only when it is due."""
     for word in sorted({*captured, *recordings.words}):
-        found, skipped = recordings.of(word) if word in recordings.words else ([], [])
-        if not found and not skipped and not settings.truth:
+        listed, skipped = recordings.of(word) if word in recordings.words else ([], [])
+        if not listed and not skipped and not settings.truth:
             continue
-        yield WordTask(word, tuple(captured.get(word, ())), tuple(found), tuple(skipped), settings)
+        yield WordTask(word, tuple(captured.get(word, ())), tuple(listed), tuple(skipped), settings)
 
 
 def _run(
@@ -339,3 +339,25 @@ def _locked(folder: Path) -> Iterator[None]:
 def _some(words: Iterable[str]) -> str:
     names = sorted(words)
     return ", ".join(names[:5]) + (" …" if len(names) > 5 else "")
+
+
+def provide_basis(
+    corpus: Corpus, folder: Path, given: Path | None = None, split: str = "default"
+) -> Path:
+    """Absolute path of the speech blendshapes in the output folder (Tzirakis et al. 2019, 3.3).
+
+    given: a basis (.npz) to copy there; without one, what an earlier run left is kept, or one is
+    learned from the training clips of `split`, all clips where the corpus lacks it. Raises
+    CorpusError where the basis is of another mesh, or the split has no training clip.
+    """
+    path = (folder / BASIS).resolve()
+    if given is not None:
+        motion = load_motion(given)
+        CapturedCorpus(corpus, motion)  # refuses another mesh
+        save_motion(motion, path)
+    elif not path.is_file():
+        names = corpus.split(split).train if split in corpus.splits else tuple(corpus.by_name)
+        if not names:
+            raise CorpusError.about(corpus.folder, found=f"no clip in train of split {split}")
+        save_motion(sweep_shapes(learn_blendshapes(corpus, names).head), path)
+    return path

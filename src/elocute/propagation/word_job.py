@@ -1,4 +1,4 @@
-"""One word: a network fitted to its recordings, each of them aligned, one shard (section 4.2)."""
+"""Propagates one word: fits a network to its recordings, aligns each, writes one shard (4.2)."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elocute.alignment.aligner import Aligner
 from elocute.alignment.methods import fit_aligner
@@ -39,7 +40,6 @@ from elocute.numerics.resampling import frame_places, read_rows
 from elocute.one_line_repr import one_line
 from elocute.propagation.captured_words import MARGIN_S, CapturedCorpus, CapturedWord, cut_sound
 from elocute.propagation.settings import PropagationSettings
-from elocute.propagation.transfer import transfer_parameters
 from elocute.propagation.word_recordings import WordRecording, word_span
 
 SHORTEST_FRAMES = 4  # of a view: 80 ms; nothing shorter is a word
@@ -159,7 +159,7 @@ def _capture(corpus: str, basis: str) -> CapturedCorpus:
 def _sources(
     task: WordTask, capture: CapturedCorpus, rejects: list[RejectedRecording]
 ) -> list[SourceWord]:
-    found: list[SourceWord] = []
+    sources: list[SourceWord] = []
     training = [word for word in task.captured if word.split == "train"]
     for word in _spread(training)[:SOURCES_MAX]:
         try:
@@ -168,8 +168,8 @@ def _sources(
             rejects.append(RejectedRecording(task.word, f"captured clip {word.clip}", str(error)))
             continue
         times = word.start_s + np.arange(len(view)) / FEATURE_RATE
-        found.append(SourceWord(word, view, capture.parameters(word, times)))
-    return found
+        sources.append(SourceWord(word, view, capture.parameters(word, times)))
+    return sources
 
 
 def _spread(words: list[CapturedWord]) -> list[CapturedWord]:
@@ -207,14 +207,14 @@ def _aligned(
     settings = task.settings
     sound, start = _sound_of(task, recording)
     target = _view(sound, settings.encoder)
-    found = [aligner.align(source.view, target) for source in sources]
-    best = int(np.argmax([alignment.score for alignment in found]))
-    score = found[best].score
+    alignments = [aligner.align(source.view, target) for source in sources]
+    best = int(np.argmax([alignment.score for alignment in alignments]))
+    score = alignments[best].score
     if score < settings.confidence:
         raise AlignmentError.about(
             "confidence", found=f"{score:.2f}", allowed=f"{settings.confidence:g} or more"
         )
-    values = transfer_parameters(sources[best].parameters, found[best].path, len(target))
+    values = transfer_parameters(sources[best].parameters, alignments[best].path, len(target))
     frames = max(1, round(sound.duration_s * settings.fps))
     return WordClip(
         clip=recording.clip,
@@ -337,3 +337,31 @@ def reject_lines(rejects: tuple[RejectedRecording, ...]) -> str:
         texts = [printable(text) for text in (each.word, each.audio, each.reason)]
         writer.writerow([f"'{text}" if text[:1] in "=+-@" else text for text in texts])
     return rows.getvalue()
+
+
+def transfer_parameters(values: Float32Array, path: NDArray[np.intp], targets: int) -> Float32Array:
+    """(target frame, parameter): the mean over many-to-one, a copy over one-to-many (section 4.2).
+
+    values: (source frame, parameter). path: (step, 2) source and target frames that belong
+    together. Raises AlignmentError for a path that leaves one of so many target frames without a
+    source, or reaches beyond the values.
+    """
+    if path.ndim != 2 or path.shape[1] != 2 or not len(path):
+        raise AlignmentError.about("path", found=f"shape {path.shape}", allowed="(step, 2)")
+    source, target = path[:, 0], path[:, 1]
+    if path.min() < 0 or source.max() >= len(values) or target.max() >= targets:
+        raise AlignmentError.about(
+            "path",
+            found=f"up to frames {source.max()}, {target.max()}",
+            allowed=f"below {len(values)}, {targets}",
+        )
+    counts = np.bincount(target, minlength=targets)
+    if not counts.all():
+        raise AlignmentError.about(
+            "path",
+            found=f"no source for target frame {int(counts.argmin())}",
+            allowed="one or more for every frame",
+        )
+    sums = np.zeros((targets, values.shape[1]))
+    np.add.at(sums, target, values[source])
+    return (sums / counts[:, None]).astype(np.float32)

@@ -41,16 +41,8 @@ VALIDATION_SHARE, TEST_SHARE = 0.1, 0.1
 class WordRecording:
     """One recording of one word; paths are relative to the folder of recordings.
 
-    Parameters
-    ----------
-    clip, word, speaker, split : str
-        Names.
-    audio : str
-        The sound file.
-    timing : str
-        A .txt as in LRW, or "" where the word fills the whole sound.
-    made_of : str
-        Another one where the sound has another size or the .txt says something else.
+    timing: a .txt as in LRW, or "" where the word fills the whole sound. made_of: another one where
+    the sound has another size or the .txt says something else.
     """
 
     clip: str
@@ -79,7 +71,7 @@ class WordRecordings:
 
     def of(self, word: str) -> tuple[list[WordRecording], list[tuple[str, str]]]:
         """Recordings of a word, sorted by name; and files that are left out, with the reason."""
-        found: list[WordRecording] = []
+        recordings: list[WordRecording] = []
         skipped: list[tuple[str, str]] = []
         for path, part in _files(self.folder / self.words[word]):
             name = path.relative_to(self.folder).as_posix()
@@ -92,12 +84,16 @@ class WordRecordings:
                     )
                 )
                 continue
-            if found and found[-1].clip == clip and _folder(found[-1].audio) == _folder(name):
+            if (
+                recordings
+                and recordings[-1].clip == clip
+                and _folder(recordings[-1].audio) == _folder(name)
+            ):
                 skipped.append((name, "same name as another file, other suffix"))
                 continue
             speaker = _speaker(path.stem.replace("'", "-"))
             timing = path.with_suffix(".txt")
-            found.append(
+            recordings.append(
                 WordRecording(
                     clip=clip,
                     word=word,
@@ -108,14 +104,14 @@ class WordRecordings:
                     made_of=_made_of(path, timing),
                 )
             )
-        repeated = _repeated(found)
+        repeated = _repeated(recordings)
         if repeated:
             raise CorpusError.about(
                 self.folder / self.words[word],
                 found=f"{repeated} in two splits",
                 allowed="each recording once",
             )
-        return found, skipped
+        return recordings, skipped
 
 
 def find_recordings(folder: str | Path) -> WordRecordings:

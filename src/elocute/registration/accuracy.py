@@ -27,24 +27,14 @@ LIMIT_MM, LIMIT_NOISES, NOISE_MAX_MM = 0.4, 3.0, 2.0
 
 @dataclass(frozen=True)
 class SurfaceError:
-    """Distance from scan points to the registered surface (VOCA 2019, section 6).
+    """Distance in mm from scan points to the registered surface (VOCA 2019, section 6).
 
-    Attributes
-    ----------
-    median, mean, p95
-        mm, of the points within 20 mm.
-    covered
-        Share of the scan's points within 20 mm of the surface.
-    face
-        Share of the face around the nose that has a point of the scan within 10 mm that faces
-        as it does.
-    face_median
-        mm, of the points nearest to the face.
-    limit
-        mm; a face further off than this is none. A noisy scan may lie further off.
-    strange
-        mm, mean distance of the face from the nearest that the model makes. A surface that is free
-        to bend lies close to anything; but a wrong place looks like nobody's face.
+    median, mean, p95: of the points within 20 mm. covered: share of the scan's points within 20 mm
+    of the surface. face: share of the face around the nose that has a point of the scan within 10
+    mm that faces as it does. face_median: of the points nearest to the face. limit: a face further
+    off than this is none; a noisy scan may lie further off. strange: mean distance of the face from
+    the nearest that the model makes. A surface that is free to bend lies close to anything; but a
+    wrong place looks like nobody's face.
     """
 
     median: float
@@ -62,16 +52,8 @@ class SurfaceError:
 
 
 def scan_distances(template: Template, vertices: Float64Array, scan: Scan) -> Float64Array:
-    """Distance of each point of a scan from the template's surface.
-
-    Parameters
-    ----------
-    vertices
-        (vertex, 3) m, the template's shape in the scan's frame.
-
-    Returns
-    -------
-    (point,) mm; infinite beyond 20 mm.
+    """(point,) mm of a scan's points from the template at vertices (vertex, 3) m; beyond 20
+    infinite.
     """
     return _distances_and_places(template, vertices, scan)[0]
 
@@ -80,8 +62,8 @@ def _distances_and_places(
     template: Template, vertices: Float64Array, scan: Scan
 ) -> tuple[Float64Array, NDArray[np.integer]]:
     """Distances (point,) mm, and a vertex (point,) of the triangle where the surface is nearest."""
-    found = template.surface(vertices).closest(scan.points, REACH_M, near=3)
-    return 1000 * np.sqrt(found.squared), template.triangles[found.triangle, 0]
+    nearest = template.surface(vertices).closest(scan.points, REACH_M, near=3)
+    return 1000 * np.sqrt(nearest.squared), template.triangles[nearest.triangle, 0]
 
 
 def registration_error(
@@ -98,16 +80,16 @@ def registration_error(
     strange = 0.0
     if offsets is not None:
         strange = float(1000 * np.linalg.norm(offsets[template.open_face], axis=1).mean())
-    found = replace(
+    error = replace(
         surface_error(distances),
         strange=strange,
         face=face_coverage(template, vertices, scan),
         face_median=float(np.median(face)) if len(face) else 0.0,
     )
-    if found.face_median <= LIMIT_MM:
-        return found
+    if error.face_median <= LIMIT_MM:
+        return error
     noise = min(scan_noise_mm(scan), NOISE_MAX_MM)
-    return replace(found, limit=max(LIMIT_MM, LIMIT_NOISES * noise))
+    return replace(error, limit=max(LIMIT_MM, LIMIT_NOISES * noise))
 
 
 def scan_noise_mm(scan: Scan) -> float:

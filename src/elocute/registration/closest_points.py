@@ -21,16 +21,8 @@ SAMPLES_MAX = 12  # along an edge: beyond, triangles are found by their nearest 
 class ClosestPoints:
     """The point of a mesh closest to each query point.
 
-    Attributes
-    ----------
-    triangle
-        (query,) index of its triangle.
-    bary
-        (query, 3) barycentric coordinates in it.
-    points
-        (query, 3) m.
-    squared
-        (query,) m², squared distance; infinite where none is within reach.
+    triangle: (query,) index. bary: (query, 3) barycentric coordinates in it. points: (query, 3) m.
+    squared: (query,) m², squared distance; infinite where none is within reach.
     """
 
     triangle: NDArray[np.intp]
@@ -44,21 +36,10 @@ class ClosestPoints:
 def closest_on_triangles(
     query: Float64Array, a: Float64Array, b: Float64Array, c: Float64Array
 ) -> Float64Array:
-    """Barycentric coordinates of the point of one triangle closest to each query point.
+    """(query, 3) barycentric coordinates of the point of one triangle closest to each query point.
 
-    Parameters
-    ----------
-    query, a, b, c
-        (query, 3) points and the corners of their triangles.
-
-    Returns
-    -------
-    (query, 3).
-
-    References
-    ----------
-    Ericson, Real-Time Collision Detection (2005), 5.1.5: inside by the plane, else the closest of
-    three edges.
+    All are (query, 3), the points and the corners of their triangles. Ericson, Real-Time Collision
+    Detection (2005), 5.1.5: inside by the plane, else the closest of three edges.
     """
     ab, ac, ap = b - a, c - a, query - a
     d00, d01, d11 = _dot(ab, ab), _dot(ab, ac), _dot(ac, ac)
@@ -100,14 +81,9 @@ def _dot(a: Float64Array, b: Float64Array) -> Float64Array:
 
 @dataclass(frozen=True, eq=False)
 class DenseMesh:
-    """A dense mesh (a scan): the closest triangle is one around the closest vertex.
+    """A dense mesh (a scan) of points (vertex, 3) m, each part of one of triangles (triangle, 3).
 
-    Attributes
-    ----------
-    points
-        (vertex, 3) m, each part of a triangle.
-    triangles
-        (triangle, 3).
+    The closest triangle is one around the closest vertex.
     """
 
     points: Float64Array
@@ -135,8 +111,8 @@ class DenseMesh:
     def closest(self, query: Float64Array, reach_m: float = np.inf) -> ClosestPoints:
         """The closest points to query (query, 3) m; beyond reach_m their distance is infinite."""
         _, vertex = self.tree.query(query, distance_upper_bound=reach_m)
-        found = vertex < len(self.points)
-        vertex = np.where(found, vertex, 0)
+        reached = vertex < len(self.points)
+        vertex = np.where(reached, vertex, 0)
         fans = self._fans[vertex]
         best = ClosestPoints(
             fans[:, 0],
@@ -146,7 +122,7 @@ class DenseMesh:
         )
         for column in range(fans.shape[1]):
             # A fan that has ended repeats its first triangle: nothing new there.
-            rows = np.flatnonzero(found & ((fans[:, column] != fans[:, 0]) | (column == 0)))
+            rows = np.flatnonzero(reached & ((fans[:, column] != fans[:, 0]) | (column == 0)))
             _improve(best, rows, query[rows], fans[rows, column], self.points, self.triangles)
         return best
 
@@ -155,14 +131,8 @@ class DenseMesh:
 class TriangleSamples:
     """Samples on the triangles of a coarse mesh, by which the closest triangle is found.
 
-    Made once for a topology, valid for all its shapes.
-
-    Attributes
-    ----------
-    triangle
-        (sample,) index of the triangle.
-    bary
-        (sample, 3) barycentric coordinates in it.
+    triangle: (sample,) index. bary: (sample, 3) barycentric coordinates in it. Made once for a
+    topology, valid for all its shapes.
     """
 
     triangle: NDArray[np.intp]
@@ -205,17 +175,7 @@ def _inner_samples(count: int) -> Float64Array:
 
 @dataclass(frozen=True, eq=False)
 class CoarseMesh:
-    """A mesh with large triangles (a template), searched by samples on them.
-
-    Attributes
-    ----------
-    vertices
-        (vertex, 3) m.
-    triangles
-        (triangle, 3).
-    triangle_samples
-        Of the same triangles.
-    """
+    """A mesh with large triangles (a template), searched by samples on them; vertices are in m."""
 
     vertices: Float64Array
     triangles: IntArray

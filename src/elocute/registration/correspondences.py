@@ -17,14 +17,9 @@ ON_EDGE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class ScanSamples:
-    """Points of a scan that take part in a fit.
+    """Points (sample, 3) m of a scan that take part in a fit, with unit normals.
 
-    Attributes
-    ----------
-    points, normals
-        (sample, 3) m, and unit normals.
-    areas
-        (sample,) m² of the surface that each stands for.
+    areas: (sample,) m² of the surface that each stands for.
     """
 
     points: Float64Array
@@ -55,18 +50,9 @@ def sample_scan(scan: Scan) -> ScanSamples:
 class Correspondences:
     """Samples and where they lie on the template.
 
-    Attributes
-    ----------
-    sample
-        (match,) index into the samples.
-    triangle
-        (match,) index into the template's triangles.
-    bary
-        (match, 3) barycentric coordinates in that triangle.
-    normals
-        (match, 3) unit normals of the template's triangles.
-    gap
-        (match,) m, signed distance from surface to sample along the normal.
+    sample, triangle: (match,) indices into the samples and the template's triangles. bary: (match,
+    3) barycentric coordinates in that triangle. normals: (match, 3) of the template's triangles.
+    gap: (match,) m, signed distance from surface to sample along the normal.
     """
 
     sample: NDArray[np.intp]
@@ -89,35 +75,22 @@ def find_correspondences(
 ) -> Correspondences:
     """The closest point of a surface for each sample that has one.
 
-    Refused are samples too far away, samples whose normal disagrees with the surface's, and those
-    closest to the template's own rim (Amberg et al. 2007, 4.3).
-
-    Parameters
-    ----------
-    template
-        Its triangles are matched.
-    vertices
-        (vertex, 3) m, its present shape.
-    samples
-        Of the scan, in the same frame.
-    reach_m
-        The largest distance.
-    facing
-        The smallest cosine between the two normals.
-    near
-        Candidate triangles for each sample.
+    Refused are samples further away than reach_m, samples whose normal disagrees with the surface's
+    (a cosine below `facing`), and those closest to the template's own rim (Amberg et al. 2007,
+    4.3). vertices: (vertex, 3) m, the template's present shape, in the samples' frame. near:
+    candidate triangles for each sample.
     """
-    found = template.surface(vertices).closest(samples.points, reach_m, near)
-    a, b, c = (vertices[template.triangles[found.triangle, corner]] for corner in range(3))
+    nearest = template.surface(vertices).closest(samples.points, reach_m, near)
+    a, b, c = (vertices[template.triangles[nearest.triangle, corner]] for corner in range(3))
     normals = np.cross(b - a, c - a)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
-    kept = np.isfinite(found.squared) & (found.squared <= reach_m**2)
+    kept = np.isfinite(nearest.squared) & (nearest.squared <= reach_m**2)
     kept &= np.einsum("ij,ij->i", normals, samples.normals) > facing
-    on_edge = (found.bary < ON_EDGE) & template.rim[found.triangle]
+    on_edge = (nearest.bary < ON_EDGE) & template.rim[nearest.triangle]
     kept &= ~on_edge.any(axis=1)
     rows = np.flatnonzero(kept)
-    gap = np.einsum("ij,ij->i", normals[rows], samples.points[rows] - found.points[rows])
-    return Correspondences(rows, found.triangle[rows], found.bary[rows], normals[rows], gap)
+    gap = np.einsum("ij,ij->i", normals[rows], samples.points[rows] - nearest.points[rows])
+    return Correspondences(rows, nearest.triangle[rows], nearest.bary[rows], normals[rows], gap)
 
 
 def robust_weights(gap: Float64Array, smallest_m: float) -> Float64Array:

@@ -1,4 +1,4 @@
-"""Where a head may be in a scan of which no landmark is known, whatever way it lies.
+"""Where the head is in a scan: from its landmarks or, without them, whatever way it lies.
 
 Noses stand out. Every place of the scan that protrudes from what surrounds it is tried as the tip
 of the nose, with the face turned about it in steps; the face of the template, not the scan, must
@@ -16,13 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
+from elocute.errors import CaptureError
 from elocute.head.normals import vertex_normals
 from elocute.numerics.quaternions import from_axis_angle, to_matrices
 from elocute.numerics.rigid_alignment import rigid_alignment
 from elocute.registration.correspondences import ScanSamples
-from elocute.registration.protrusion import NEIGHBOURHOOD_M, protrusions
+from elocute.registration.landmarks import Landmarks
+from elocute.registration.scan import NEIGHBOURHOOD_M, protrusions
 from elocute.registration.template import Template
-from elocute.registration.zero_pose import HeadPose, align_head
+from elocute.registration.zero_pose import HeadPose, align_head, apply_pose
 
 NOSE_SAMPLES, SAMPLES = 4_000, 20_000
 UPRIGHT_MIN = 0.5
@@ -52,18 +54,7 @@ class _Pose:
 def head_candidates(template: Template, samples: ScanSamples, count: int) -> list[HeadPose]:
     """Poses in which the face may lie in a scan, the likeliest first.
 
-    Parameters
-    ----------
-    template
-        The person's, or a general one.
-    samples
-        Of the scan.
-    count
-        The most poses.
-
-    Returns
-    -------
-    At most `count` poses, none close to another.
+    There are at most `count` of them, none close to another.
     """
     face, scan = _Face(template), _Target(samples.subset(SAMPLES))
     drafts = sorted(_drafts(face, scan), key=lambda pose: pose.cost)[:DRAFTS]
@@ -150,15 +141,15 @@ def _drafts(face: _Face, scan: _Target) -> list[_Pose]:
         for tilt in tilts
         for spin in spins
     ]
-    found = []
+    drafts = []
     for place, out in _noses(scan.samples):
         first = _turn_onto(np.array([0.0, 0.0, 1.0]), out)
         for turn in turns:
             rotation = first @ turn
             shift = place - rotation @ face.nose
             apart, _ = scan.apart(points @ rotation.T + shift, normals @ rotation.T)
-            found.append(_Pose(float(apart.mean()), rotation, shift))
-    return found
+            drafts.append(_Pose(float(apart.mean()), rotation, shift))
+    return drafts
 
 
 def _noses(samples: ScanSamples) -> list[tuple[Float64Array, Float64Array]]:
@@ -232,3 +223,45 @@ def _distinct(poses: Sequence[_Pose], count: int) -> list[_Pose]:
         if len(kept) == count:
             break
     return kept
+
+
+FAR_MM = 12.0
+"""Mean distance of an aligned head beyond which the scan or the landmarks show no head."""
+CANDIDATES = 5
+
+
+def initial_poses(template: Template, samples: ScanSamples, landmarks: Landmarks) -> list[HeadPose]:
+    """Poses of which one is within some millimetres and degrees, the likeliest first.
+
+    With enough good landmarks they tell the only pose; without, the scan is searched for faces, of
+    which a fit must find the right one. Raises CaptureError for a scan that is mirrored and
+    landmarks off the scan.
+    """
+    vertices, places, weights = template.landmark_weights(landmarks)
+    if not len(vertices) or not landmarks.enough:
+        return head_candidates(template, samples, CANDIDATES)
+    from scipy.spatial import KDTree
+
+    off = np.median(KDTree(samples.points).query(places)[0])
+    if off > FAR_MM / 1000:
+        raise CaptureError(
+            f"landmarks: found {1000 * off:.1f} mm off the scan; allowed: on its surface and in "
+            "its unit"
+        )
+    model = template.vertices[vertices]
+    pose = align_head(template.head, model, places, weights)
+    left = _apart_mm(apply_pose(template.head, template.vertices, pose)[vertices], places)
+    if left > FAR_MM:
+        flipped = align_head(template.head, model * [-1, 1, 1], places, weights)
+        moved = template.vertices * [-1, 1, 1]
+        mirrored = _apart_mm(apply_pose(template.head, moved, flipped)[vertices], places)
+        if mirrored < left / 2:
+            raise CaptureError("scan: found mirrored; allowed: left on the left; negate its x")
+        raise CaptureError(
+            f"landmarks: found {left:.1f} mm off a face on average; allowed: iBUG's 68 in order"
+        )
+    return [pose]
+
+
+def _apart_mm(first: Float64Array, second: Float64Array) -> float:
+    return float(1000 * np.linalg.norm(first - second, axis=1).mean())

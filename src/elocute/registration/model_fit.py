@@ -52,14 +52,8 @@ BLINK_COST = 0.02
 class ModelParameters:
     """The head model fitted to one scan.
 
-    Attributes
-    ----------
-    identity
-        (identity,) standard deviations; (0,) where the face is known.
-    expression
-        (expression,) weights.
-    pose
-        Where the head stands.
+    identity: (identity,) standard deviations; (0,) where the face is known. expression:
+    (expression,) weights. pose: where the head stands.
     """
 
     identity: Float64Array
@@ -76,22 +70,12 @@ class ModelParameters:
 class FitStage:
     """Some iterations of the fit with the same settings.
 
-    Attributes
-    ----------
-    steps
-        How many.
-    reach_m
-        The largest distance of a correspondence.
-    facing
-        The smallest cosine between the normals of a correspondence.
-    landmarks
-        Weight of the mean squared landmark distance relative to the surface's.
-    identity, expression
-        Cost of a squared coefficient in mm² of mean squared distance.
-    trusted_m
-        Landmarks further off than this (root mean square) weigh less by the square, as noise of
-        that size does in least squares: once a known face is near, it is more accurate than a
-        landmark detector. A face that is not known yet is off for another reason.
+    reach_m, facing: as for `find_correspondences`. landmarks: weight of the mean squared landmark
+    distance relative to the surface's. identity, expression: cost of a squared coefficient in mm²
+    of mean squared distance. trusted_m: landmarks further off than this (root mean square) weigh
+    less by the square, as noise of that size does in least squares: once a known face is near, it
+    is more accurate than a landmark detector. A face that is not known yet is off for another
+    reason.
     """
 
     steps: int
@@ -188,18 +172,10 @@ class ModelFit:
         start: ModelParameters,
         stages: Sequence[FitStage] = COLD_STAGES,
     ) -> ModelParameters:
-        """The parameters nearest to samples and landmarks.
+        """The parameters nearest to samples and to landmarks in their frame, of which none need be
+        good.
 
-        Parameters
-        ----------
-        samples
-            Of the scan.
-        landmarks
-            In the scan's frame; may hold none that are good.
-        start
-            Parameters near the result.
-        stages
-            Settings, coarse to fine.
+        start: parameters near the result. stages: coarse to fine.
         """
         basis = np.ascontiguousarray(self.basis.T)
         parameters = start

@@ -40,20 +40,9 @@ CG_STEPS_MAX = 12
 class StiffnessLevel:
     """Settings of one level.
 
-    Attributes
-    ----------
-    alpha
-        Weight of the edges, α; coordinates are scaled to a head of size one.
-    landmarks
-        Weight of the landmarks, β.
-    steps
-        The most steps.
-    settled
-        Mean movement in m below which the level is done.
-    reach_m
-        The largest distance of a correspondence.
-    facing
-        The smallest cosine between the normals of a correspondence.
+    alpha: weight of the edges, α; coordinates are scaled to a head of size one. landmarks: weight
+    of the landmarks, β. steps: the most steps. settled: mean movement in m below which the level is
+    done. reach_m, facing: as for `find_correspondences`.
     """
 
     alpha: float
@@ -161,24 +150,11 @@ class NonrigidIcp:
         landmarks: Landmarks,
         levels: Sequence[StiffnessLevel] = COLD_LEVELS,
     ) -> tuple[Float64Array, int]:
-        """Lay the template over a scan.
+        """Lay the template over a scan: vertices (vertex, 3) m, and how many steps that took.
 
-        Parameters
-        ----------
-        start
-            (vertex, 3) m, the template in the scan's frame: fixed, adapted by Eq. 1 of "Speech in
-            the wild" (2019), or the frame before.
-        scan
-            With its holes; points on their rims are not matched.
-        landmarks
-            In the scan's frame.
-        levels
-            Settings, stiff to soft.
-
-        Returns
-        -------
-        Vertices (vertex, 3) m, of which only the skin has moved (not eyes, teeth and tongue), and
-        how many steps that took.
+        Only the skin moves (not eyes, teeth and tongue). start: (vertex, 3) m, the template in the
+        scan's frame: fixed, adapted by Eq. 1 of "Speech in the wild" (2019), or the frame before.
+        Points on the rims of the scan's holes are not matched. levels: stiff to soft.
         """
         skin = self.template.skin
         # In the frame of the head the matrix is nearly the same for all frames of a person.
@@ -214,17 +190,17 @@ class NonrigidIcp:
 
         No match across a hole's rim, beyond reach, or between surfaces that face apart (4.3).
         """
-        found = aim.surface.closest(current, level.reach_m)
-        corners = aim.surface.triangles[found.triangle]
+        nearest = aim.surface.closest(current, level.reach_m)
+        corners = aim.surface.triangles[nearest.triangle]
         normals = vertex_normals(current, self._triangles)
-        shared = np.einsum("vc,vca->va", found.bary, aim.normals[corners])
+        shared = np.einsum("vc,vca->va", nearest.bary, aim.normals[corners])
         length = np.maximum(np.linalg.norm(shared, axis=1), 1e-12)
         facing = np.einsum("va,va->v", normals, shared) / length
-        kept = np.isfinite(found.squared) & (found.squared <= level.reach_m**2)
+        kept = np.isfinite(nearest.squared) & (nearest.squared <= level.reach_m**2)
         kept &= (facing > level.facing) & self._matchable
         kept &= ~aim.boundary[corners].any(axis=1)
         weights = kept.astype(np.float64)
-        targets = np.where(kept[:, None], found.points, 0)
+        targets = np.where(kept[:, None], nearest.points, 0)
         if level.landmarks:
             vertices, places, shares = self.template.landmark_weights(aim.landmarks)
             rows = self.template.skin_index[vertices]
@@ -257,9 +233,9 @@ class NonrigidIcp:
         side = (weights[:, None, None] * source[:, :, None] * aims[:, None, :]).reshape(-1, 3)
         guess = maps.reshape(-1, 3)
         if alpha in self.factors:
-            found = _conjugate(matrix, side, guess, self.factors[alpha])
-            if found is not None:
-                return found.reshape(-1, 4, 3)
+            solution = _conjugate(matrix, side, guess, self.factors[alpha])
+            if solution is not None:
+                return solution.reshape(-1, 4, 3)
         self.factors[alpha] = factor_of(matrix.tocsc())
         return self.factors[alpha].solve(side).reshape(-1, 4, 3)
 

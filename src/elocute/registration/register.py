@@ -25,9 +25,8 @@ from elocute.registration.accuracy import (
     registration_error,
 )
 from elocute.registration.correspondences import ScanSamples, sample_scan
-from elocute.registration.head_search import face_distance_mm
-from elocute.registration.initial_pose import FAR_MM, initial_poses
-from elocute.registration.inner_parts import carry_inner_parts
+from elocute.registration.free_offsets import carry_inner_parts
+from elocute.registration.head_search import FAR_MM, face_distance_mm, initial_poses
 from elocute.registration.landmarks import Landmarks, no_landmarks
 from elocute.registration.model_fit import ModelFit, ModelParameters
 from elocute.registration.nonrigid_icp import NonrigidIcp
@@ -138,17 +137,21 @@ def register_neutral(
         For a scan without a head.
     """
     if method == "nicp":
-        found, _ = register_nonrigid(Template(head), scan, landmarks, adapted=False)
-        return Template(with_template(head, found.zero.astype(np.float32), head.name)), found
+        registration, _ = register_nonrigid(Template(head), scan, landmarks, adapted=False)
+        return Template(
+            with_template(head, registration.zero.astype(np.float32), head.name)
+        ), registration
     general = _general(head)
     head = general.head
-    found = _register(general, ModelFit(general, True), scan, landmarks, None)
-    shown = np.tensordot(found.parameters.expression, general.basis, 1)
-    neutral = (found.zero - shown).astype(np.float32)
-    own = with_template(_with_joints(head, found.parameters), neutral, head.name)
+    registration = _register(general, ModelFit(general, True), scan, landmarks, None)
+    shown = np.tensordot(registration.parameters.expression, general.basis, 1)
+    neutral = (registration.zero - shown).astype(np.float32)
+    own = with_template(_with_joints(head, registration.parameters), neutral, head.name)
     # The joints were found with the identity; `with_template` would guess them once more.
-    joints = head.identity_joints(found.parameters.identity.astype(np.float32)).astype(np.float32)
-    return Template(replace(own, joint_positions=joints)), found
+    joints = head.identity_joints(registration.parameters.identity.astype(np.float32)).astype(
+        np.float32
+    )
+    return Template(replace(own, joint_positions=joints)), registration
 
 
 @lru_cache(maxsize=1)
@@ -160,10 +163,7 @@ def _general(head: HeadModel) -> Template:
 def locate_head(head: HeadModel, scan: Scan) -> HeadPose:
     """Roughly where a head is in a scan without landmarks, however it lies.
 
-    Raises
-    ------
-    CaptureError
-        For a scan without a head.
+    Raises CaptureError for a scan without a head.
     """
     scan, _ = checked_scan(scan)
     template = _general(head)
@@ -215,11 +215,11 @@ def register_scan(
         )
     scan, notes = checked_scan(scan)
     if before is not None and not before.lost:
-        found = _register(template, fit, scan, landmarks, before, notes)
-        if not found.lost:
-            return found
+        registration = _register(template, fit, scan, landmarks, before, notes)
+        if not registration.lost:
+            return registration
         again = _register(template, fit, scan, landmarks, None, notes)
-        return min(found, again, key=lambda one: (bool(one.lost), one.surface.median))
+        return min(registration, again, key=lambda one: (bool(one.lost), one.surface.median))
     return _register(template, fit, scan, landmarks, None, notes)
 
 
@@ -275,7 +275,7 @@ def register_nonrigid(
     parameters = replace(parameters, pose=_settled_pose(template, vertices))
     seconds = time.thread_time() - started
     zero = remove_pose(template.head, vertices, parameters.pose)
-    found = Registration(
+    registration = Registration(
         vertices,
         zero,
         parameters,
@@ -285,7 +285,7 @@ def register_nonrigid(
         seconds,
         notes,
     )
-    return found, steps
+    return registration, steps
 
 
 def _register(

@@ -1,4 +1,4 @@
-"""Scan: one raw triangle mesh of a head, as a scanner gives it."""
+"""Scan: one raw triangle mesh of a head, as a scanner gives it, and what stands out of it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from elocute.corpus.length_units import HEIGHT_RANGE_M, fitting_unit, is_head_si
 from elocute.errors import CaptureError
 from elocute.head.normals import vertex_normals
 from elocute.one_line_repr import one_line
-from elocute.registration.protrusion import protrusions
 
 POINTS_RANGE = (500, 4_000_000)
 WINDING_POINTS = 2_000
@@ -61,10 +60,10 @@ class Scan:
         first = np.concatenate([[True], keys[1:] != keys[:-1]])
         places = np.flatnonzero(first)
         single = keys[places[np.diff(np.append(places, len(keys))) == 1]]
-        found = np.zeros(count, bool)
-        found[single // count] = True
-        found[single % count] = True
-        return found
+        on_rim = np.zeros(count, bool)
+        on_rim[single // count] = True
+        on_rim[single % count] = True
+        return on_rim
 
     @cached_property
     def areas(self) -> Float64Array:
@@ -80,13 +79,9 @@ def checked_scan(scan: Scan) -> tuple[Scan, tuple[str, ...]]:
     """A scan fit for registration, and notes on what was removed.
 
     Points that are not finite, triangles without area, points without triangle and small stray
-    parts are removed; triangles that are wound inside out are turned.
-
-    Raises
-    ------
-    CaptureError
-        For a scan that holds no head: too few points, a single plane, or a size that is no head's
-        in metres (the unit that fits is named).
+    parts are removed; triangles that are wound inside out are turned. Raises CaptureError for a
+    scan that holds no head: too few points, a single plane, or a size that is no head's in metres
+    (the unit that fits is named).
     """
     notes = []
     points, triangles, colors = welded(scan.points, scan.triangles, scan.colors)
@@ -196,3 +191,21 @@ def _same_places(
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
     return first[order], rank[place.ravel()]
+
+
+NEIGHBOURHOOD_M = 0.025
+"""About the size of a nose: what protrudes from so much is one."""
+
+
+def protrusions(points: Float64Array, radius_m: float = NEIGHBOURHOOD_M) -> Float64Array:
+    """(point, 3) m from the middle of each point's neighbourhood to the point itself."""
+    from scipy.spatial import KDTree
+
+    tree = KDTree(points)
+    pairs = tree.query_pairs(radius_m, output_type="ndarray")
+    total, number = points.copy(), np.ones(len(points))
+    for here, there in (pairs.T, pairs.T[::-1]):
+        number += np.bincount(here, minlength=len(points))
+        for axis in range(3):
+            total[:, axis] += np.bincount(here, points[there, axis], minlength=len(points))
+    return points - total / number[:, None]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from elocute.corpus.length_units import UNITS
 from elocute.errors import CaptureError
 from elocute.files.atomic import write_atomically
-from elocute.meshes.part import MeshPart
+from elocute.meshes.mesh_file import MeshPart
 from elocute.meshes.parts import SUFFIXES, read_mesh_parts
 from elocute.registration.scan import Scan, welded
 

@@ -18,7 +18,6 @@ from elocute.registration.closest_points import (
     sample_triangles,
 )
 from elocute.registration.landmarks import JAW_LINE, Landmarks
-from elocute.registration.visibility import seen_from_front
 
 UNSCANNED_MATERIALS = ("hair",)
 """Materials whose surface no scanner measures: brows and lashes stand on the skin."""
@@ -78,18 +77,6 @@ class Template:
     def surface(self, vertices: Float64Array) -> CoarseMesh:
         """The template's surface in another shape (vertex, 3) m."""
         return CoarseMesh(vertices, self.triangles, self.triangle_samples)
-
-    @cached_property
-    def neutral_surface(self) -> CoarseMesh:
-        """The surface of the neutral face; its tree is kept."""
-        return self.surface(self.vertices)
-
-    @cached_property
-    def neutral_normals(self) -> Float64Array:
-        """(triangle, 3) unit normals of the neutral face."""
-        a, b, c = (self.vertices[self.triangles[:, corner]] for corner in range(3))
-        normals = np.cross(b - a, c - a)
-        return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
 
     @cached_property
     def basis(self) -> Float64Array:
@@ -241,24 +228,11 @@ def with_size(head: HeadModel) -> HeadModel:
 def adaptive_template(
     template: Template, landmarks: Landmarks, *, regularisation: float = 1e-7
 ) -> tuple[Float64Array, Float64Array]:
-    """The neutral face with the expression that a scan's landmarks show.
+    """The neutral face x with the expression that a scan's landmarks l show, and its weights c.
 
-    Parameters
-    ----------
-    template
-        The registered neutral face x with the expression basis U.
-    landmarks
-        The scan's landmarks l, in the frame of the head (zero pose).
-    regularisation
-        Cost of a squared coefficient in m² of mean squared landmark distance.
-
-    Returns
-    -------
-    x + U c (vertex, 3) m, and c (expression,).
-
-    References
-    ----------
-    "Speech in the wild" (2019), Eq. 1: c = argmin |l - A(x + U c)|², here with a ridge.
+    x + U c (vertex, 3) m and c (expression,) by Eq. 1 of "Speech in the wild" (2019), c = argmin |l
+    - A(x + U c)|², here with a ridge. landmarks: in the frame of the head (zero pose).
+    regularisation: cost of a squared coefficient in m² of mean squared landmark distance.
     """
     vertices, places, weights = template.landmark_weights(landmarks)
     if not len(vertices):
@@ -268,3 +242,29 @@ def adaptive_template(
     left = ((places - template.vertices[vertices]) * root).ravel()
     coefficients = ridge_coefficients(slopes, left, regularisation)
     return template.vertices + np.tensordot(coefficients, template.basis, 1), coefficients
+
+
+YAWS_DEG = (-50.0, -25.0, 0.0, 25.0, 50.0)
+DEPTH_PIXELS = 2.0
+"""How far behind the foremost a point of a slanting surface may lie in one pixel."""
+
+
+def seen_from_front(
+    points: Float64Array, surface: Float64Array, pixel_m: float
+) -> NDArray[np.bool_]:
+    """(point,) whether nothing of a surface hides a point from one of five cameras far away.
+
+    points: (point, 3) m of a head that faces +Z. surface: (sample, 3) m, closer to each other than
+    a pixel.
+    """
+    seen = np.zeros(len(points), bool)
+    for yaw in np.radians(YAWS_DEG):
+        view = np.array([[np.cos(yaw), 0, -np.sin(yaw)], [0, 1, 0], [np.sin(yaw), 0, np.cos(yaw)]])
+        here, all_of_it = points @ view.T, surface @ view.T
+        low = np.minimum(here.min(axis=0), all_of_it.min(axis=0))[:2]
+        own, cells = (((p[:, :2] - low) / pixel_m).astype(np.intp) for p in (here, all_of_it))
+        across, up = np.maximum(own.max(axis=0), cells.max(axis=0)) + 1
+        foremost = np.full(across * up, -np.inf)
+        np.maximum.at(foremost, cells @ (up, 1), all_of_it[:, 2])  # many times as fast in one row
+        seen |= here[:, 2] >= foremost[own @ (up, 1)] - DEPTH_PIXELS * pixel_m
+    return seen

@@ -20,12 +20,8 @@ NECK = ("neck", "head")
 class HeadPose:
     """Everything that zero pose is free of.
 
-    Attributes
-    ----------
-    translation
-        (3,) m, after all rotation.
-    turns
-        (joint, 4) unit quaternions wxyz about the joints of the head.
+    translation: (3,) m, after all rotation. turns: (joint, 4) unit quaternions wxyz about the
+    joints of the head.
     """
 
     translation: Float64Array

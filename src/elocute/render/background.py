@@ -31,17 +31,10 @@ ALLOWED = f"{STUDIO}, {TRANSPARENT}, {', '.join(COLOURS)}, #rrggbb, or a file {'
 
 
 def check_background(background: str) -> None:
-    """Refuse what is no background.
+    """Refuse what is no background: "studio", "transparent", a colour's name, "#rrggbb", or a
+    picture.
 
-    Parameters
-    ----------
-    background : str
-        "studio", "transparent", a colour's name, "#rrggbb", or the path of a picture.
-
-    Raises
-    ------
-    OutputError
-        For any other text, and for a file that is missing.
+    Raises OutputError for any other text, and for a file that is missing.
     """
     if background in (STUDIO, TRANSPARENT) or _colour(background) is not None:
         return
@@ -65,11 +58,6 @@ def background_file(background: str | None) -> Path | None:
 
 def read_backdrop(background: str) -> NDArray[Any] | None:
     """The pixels of a background.
-
-    Parameters
-    ----------
-    background : str
-        As `check_background` takes it.
 
     Returns
     -------

@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from elocute.head.model import HeadModel
 from elocute.head.surface import IMAGES
 from elocute.render import gl_shaders
-from elocute.render.camera import Camera
-from elocute.render.images import Image
-from elocute.render.parts import Part, Parts
-from elocute.render.shadow import ShadowView, shadow_view
+from elocute.render.camera import Camera, ShadowView, shadow_view
+from elocute.render.parts import Image, Part, Parts
 from elocute.render.stage import Stage
 
 SRGB_ALPHA = 0x8C43  # GL_SRGB8_ALPHA8: linear light when sampled

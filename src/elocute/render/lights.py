@@ -13,54 +13,27 @@ Triple = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Lamp:
-    """A soft light far away.
+    """A soft light far away."""
 
-    Parameters
-    ----------
-    towards : (3,) tuple of float
-        Direction to it; of any length.
-    color : (3,) tuple of float
-        Linear; what white paper that faces it sends back.
-    size : float
-        How much it widens a highlight: 0 is a point, 0.3 a large soft box.
-    wrap : float
-        How far it reaches round an edge, 0 to 1.
-    shine : float
-        Share of its highlight: less for lamps behind the head, which nothing casts shadows for.
-    """
-
-    towards: Triple
-    color: Triple
-    size: float
-    wrap: float
+    towards: Triple  # direction to it; of any length
+    color: Triple  # linear; what white paper that faces it sends back
+    size: float  # how much it widens a highlight: 0 is a point, 0.3 a large soft box
+    wrap: float  # how far it reaches round an edge, 0 to 1
+    # share of its highlight: less for lamps behind the head, which nothing casts shadows for
     shine: float = 1.0
 
 
 @dataclass(frozen=True)
 class Rig:
-    """Lamps, what surrounds them, and the ground behind the head.
+    """Lamps, what surrounds them, and the ground behind the head."""
 
-    Parameters
-    ----------
-    lamps : tuple of Lamp
-        The key first.
-    sky, ground : (3,) tuple of float
-        Linear light from above and from below.
-    exposure : float
-        Factor of all light before the tone curve.
-    middle, margin : (3,) tuple of float
-        sRGB colours of what lies behind the head, in its middle and far from it.
-    shadow : float
-        How dark the key's shadow is, 0 to 1.
-    """
-
-    lamps: tuple[Lamp, ...]
-    sky: Triple
+    lamps: tuple[Lamp, ...]  # the key first
+    sky: Triple  # linear light from above and from below
     ground: Triple
-    exposure: float
-    middle: Triple
+    exposure: float  # factor of all light before the tone curve
+    middle: Triple  # sRGB colours of what lies behind the head, in its middle and far from it
     margin: Triple
-    shadow: float
+    shadow: float  # how dark the key's shadow is, 0 to 1
 
 
 RIGS: dict[str, Rig] = {

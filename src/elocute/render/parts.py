@@ -2,26 +2,102 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array, FloatArray
-from elocute.errors import HeadError
+from elocute.errors import HeadError, InputError
 from elocute.head.folds import SETS, ZONES_OF_SET
 from elocute.head.looks.folds import folds_of
 from elocute.head.model import HeadModel
 from elocute.head.mouth_opening import mouth_opening, openness
 from elocute.head.normals import vertex_normals
 from elocute.head.surface import IMAGES, Surface
-from elocute.render.images import Image, open_pixels
+from elocute.meshes.mesh_file import PICTURE_FORMATS, check_picture
+from elocute.numerics.image_sampling import bilinear
 from elocute.render.lights import Rig
 from elocute.render.shading import FOLD_STEP, Finish, finish_of, to_linear
 
+Pixels = NDArray[np.uint8]
+_LINEAR = to_linear(np.arange(256, dtype=np.float32) / 255)
+
+
+@dataclass(frozen=True)
+class Image:
+    """A decoded image."""
+
+    pixels: NDArray[np.uint8]  # (height, width, 4) uint8: as stored, the top row first
+    srgb: bool  # whether red, green and blue are sRGB, not linear
+
+    @cached_property
+    def levels(self) -> list[Float32Array]:
+        """(height, width, 4) linear 0…1, bottom row first; each level half as large."""
+        scale = np.full((4, 256), np.arange(256) / 255, np.float32)
+        if self.srgb:
+            scale[:3] = _LINEAR
+        level = np.stack([scale[c][self.pixels[::-1, :, c]] for c in range(4)], axis=2)
+        levels = [level]
+        while min(level.shape[:2]) > 1:
+            high, wide = (side // 2 * 2 for side in level.shape[:2])
+            even = level[:high, :wide].reshape(high // 2, 2, wide // 2, 2, 4)
+            levels.append(level := even.mean(axis=(1, 3)))
+        return levels
+
+    def texels(self, at: FloatArray, level: int = 0) -> Float32Array:
+        """(point, 4) linear values at texture coordinates (point, 2), between four texels."""
+        image = self.levels[min(max(level, 0), len(self.levels) - 1)]
+        return bilinear(image, at)
+
+    def at_density(self, at: FloatArray, density: FloatArray) -> Float32Array:
+        """As `texels`, from levels at which a texel is about a pixel.
+
+        density (point,) is how far texture coordinates go in a pixel.
+        """
+        side = max(self.pixels.shape[:2])
+        levels = np.log2(np.maximum(density * side, 1)).round().astype(np.int32)
+        levels = np.minimum(levels, len(self.levels) - 1)
+        out = np.empty((len(at), 4), np.float32)
+        for level in np.unique(levels):
+            chosen = levels == level
+            out[chosen] = self.texels(at[chosen], level)
+        return out
+
+
+def open_pixels(data: bytes, what: str | Path, side_max: int, error: type[InputError]) -> Pixels:
+    """Pixels of a PNG, JPEG or WebP file; its size is checked before memory is taken.
+
+    what: what messages call it; side_max: a larger image is reduced to this many pixels on its
+    longer side. Raises an `error` for what is no image or too large a one.
+
+    Returns
+    -------
+    (height, width, 4) uint8
+    """
+    from PIL import Image as Pillow
+
+    wide, high = check_picture(data, what, error)
+    try:
+        with Pillow.open(io.BytesIO(data), formats=PICTURE_FORMATS) as image:
+            bands = image.convert("RGBA").split()
+    except Exception as problem:  # Pillow's parsers raise of every kind
+        raise error.about(what, found="a broken picture", allowed="a whole one") from problem
+    largest = max(wide, high)
+    if largest > side_max:
+        # Each band by itself: Pillow would turn what is clear black, and fringes with it.
+        size = (max(1, wide * side_max // largest), max(1, high * side_max // largest))
+        bands = [band.resize(size, Pillow.Resampling.BOX) for band in bands]
+    return np.stack([np.asarray(band) for band in bands], axis=2)
+
+
 TWO_SIDED = ("eyeball", "teeth", "hair")  # without a surface that says it
 ENCLOSED = 0.5  # share of the surrounding light that comes to what is in the mouth, at most
+CORES = {"opaque": 0.0, "cutout": 0.5, "blend": 0.8, "sheer": 2.0}
+"""By its opacity: the alpha from which a surface hides what lies behind it."""
 EXPOSED_AS = 0.36  # mean linear colour of skin that the lights are set for
 EXPOSURE_POWER = 0.38  # how far a photographer follows the tone of the skin
 EXPOSURE_RANGE = (0.9, 1.75)
@@ -29,27 +105,13 @@ EXPOSURE_RANGE = (0.9, 1.75)
 
 @dataclass(frozen=True)
 class Part:
-    """The faces of one material.
-
-    Parameters
-    ----------
-    name : str
-        The material.
-    triangles : (triangle, 3) int32
-        Indices into the split vertices.
-    finish : Finish
-        How light meets it.
-    surface : Surface
-        Its settings; the images are decoded below.
-    color, normal, roughness, folds : Image or None
-        Decoded; None where the surface has none.
-    """
+    """The faces of one material."""
 
     name: str
-    triangles: NDArray[np.int32]
-    finish: Finish
-    surface: Surface
-    color: Image | None
+    triangles: NDArray[np.int32]  # (triangle, 3) indices into the split vertices
+    finish: Finish  # how light meets it
+    surface: Surface  # its settings; the images are decoded below
+    color: Image | None  # decoded; None where the surface has none
     normal: Image | None
     roughness: Image | None
     folds: Image | None
@@ -85,8 +147,8 @@ class Part:
 
     @property
     def core(self) -> float:
-        """The alpha from which it hides what lies behind; 0 for all of it, 2 for none."""
-        return {"opaque": 0.0, "cutout": 0.5, "blend": 0.8, "sheer": 2.0}[self.surface.opacity]
+        """The alpha from which it hides what lies behind: 0 for all of it, 2 for none."""
+        return CORES[self.surface.opacity]
 
     @property
     def fringe_gain(self) -> float:
@@ -113,15 +175,7 @@ class Part:
 
 
 class Parts:
-    """All that stays the same while a head moves.
-
-    Parameters
-    ----------
-    head : HeadModel
-        The head.
-    side_max : int
-        Images are reduced to this many pixels a side.
-    """
+    """All that stays the same while a head moves; images of at most `side_max` pixels a side."""
 
     def __init__(self, head: HeadModel, side_max: int = 1024) -> None:
         self._head = head

@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 from elocute.errors import HeadError
+from elocute.head.surface import Surface
 from elocute.meshes.mesh_file import check_picture
 
 MEDIA = {"PNG": "image/png", "JPEG": "image/jpeg"}
@@ -18,24 +19,12 @@ COLOR_ERROR = 2  # of 255, between the channels of a grey picture that was coded
 
 @dataclass(frozen=True)
 class PortablePicture:
-    """An encoded picture.
-
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    media : str
-        "image/png" or "image/jpeg".
-    size : (int, int)
-        Width and height, pixels.
-    made_from : str
-        The format that it was encoded anew from; empty where it is as it was.
-    """
+    """An encoded picture."""
 
     data: bytes
-    media: str
-    size: tuple[int, int]
-    made_from: str = ""
+    media: str  # "image/png" or "image/jpeg"
+    size: tuple[int, int]  # width and height, pixels
+    made_from: str = ""  # the format that it was encoded anew from; empty where it is as it was
 
     @property
     def suffix(self) -> str:
@@ -49,25 +38,9 @@ def portable_picture(
 ) -> PortablePicture:
     """A picture as PNG or JPEG; what is neither is encoded anew.
 
-    Parameters
-    ----------
-    data : bytes
-        A PNG, JPEG or WebP file.
-    subject : str
-        What it is of, for messages.
-    clear : bool
-        Whether its alpha is wanted: it becomes a PNG.
-    grey : bool
-        Whether a clear one without colours may be stored as grey and alpha, half as large.
-
-    Returns
-    -------
-    PortablePicture
-
-    Raises
-    ------
-    HeadError
-        For anything but a picture.
+    data: a PNG, JPEG or WebP file; subject: what it is of, for messages; clear: whether its alpha
+    is wanted, so that it becomes a PNG; grey: whether a clear one without colours may be stored as
+    grey and alpha, half as large. Raises HeadError for anything but a picture.
     """
     from PIL import Image
 
@@ -78,6 +51,16 @@ def portable_picture(
             return PortablePicture(data, MEDIA[kind], size)
         packed, media = _encoded(picture, subject, clear, grey)
     return PortablePicture(packed, media, size, kind)
+
+
+def material_picture(
+    surface: Surface, kind: str, material: str, grey: bool = False
+) -> PortablePicture | None:
+    """The image "color", "normal", … of a surface; None where it has none. Raises HeadError."""
+    data = getattr(surface, kind)
+    clear = kind == "color" and surface.opacity != "opaque"
+    subject = f"{kind} of the material {material!r}"
+    return portable_picture(data, subject, clear, grey) if data else None
 
 
 def _encoded(picture: Any, subject: str, clear: bool, grey: bool) -> tuple[bytes, str]:

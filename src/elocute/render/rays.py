@@ -13,9 +13,8 @@ from elocute.array_types import Float32Array, FloatArray
 from elocute.head.model import HeadModel
 from elocute.numerics.image_sampling import bilinear
 from elocute.render import shading
-from elocute.render.camera import Camera
+from elocute.render.camera import Camera, shadow_view
 from elocute.render.parts import Part, Parts
-from elocute.render.shadow import shadow_view
 from elocute.render.stage import Stage
 
 # Where edges need it, a pixel is the mean of four more rays (a rotated grid).

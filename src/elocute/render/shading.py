@@ -21,30 +21,14 @@ from elocute.render.lights import Lamp, Rig
 
 @dataclass(frozen=True)
 class Finish:
-    """How a material meets light, beside its colour.
+    """How a material meets light, beside its colour."""
 
-    Parameters
-    ----------
-    reflectance : float
-        Of a mirror-like face seen straight on.
-    roughness : float
-        Where no image says it: 0 smooth to 1 rough.
-    softness : float
-        How much light scatters inside, 0 to 1 (skin).
-    ambient : float
-        Share of the surrounding light that comes to it.
-    coat : float
-        Strength of a clear, wet coat, 0 to 1 (eyes).
-    strand : float
-        Strength of a highlight across strands, 0 to 1 (hair).
-    """
-
-    reflectance: float
-    roughness: float
-    softness: float
-    ambient: float
-    coat: float
-    strand: float
+    reflectance: float  # of a mirror-like face seen straight on
+    roughness: float  # where no image says it: 0 smooth to 1 rough
+    softness: float  # how much light scatters inside, 0 to 1 (skin)
+    ambient: float  # share of the surrounding light that comes to it
+    coat: float  # strength of a clear, wet coat, 0 to 1 (eyes)
+    strand: float  # strength of a highlight across strands, 0 to 1 (hair)
 
 
 FINISHES: dict[str, Finish] = {
@@ -312,8 +296,8 @@ def tangents(
 ) -> tuple[FloatArray, FloatArray]:
     """Directions (point, 3) across the normals in which either texture coordinate grows.
 
-    From two edges (point, 3) of each triangle; change (point, 2) is that of the texture
-    coordinates along them. Longer where the coordinate grows faster.
+    From two edges (point, 3) of each triangle and the changes (point, 2) of texture coordinates
+    along them. Longer where the coordinate grows faster.
     """
     across, down = np.cross(other, normal), np.cross(normal, edge)
     side = np.sign(_dot(np.cross(edge, other), normal))

@@ -14,30 +14,15 @@ SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
 
 @dataclass(frozen=True)
 class Profile:
-    """How finely pictures are drawn.
+    """How finely pictures are drawn."""
 
-    Parameters
-    ----------
-    oversampling : float
-        Drawn this much larger, then reduced; at 1 edges are smoothed instead.
-    shadow_side : int
-        Pixels of the blurred shadow map.
-    image_side : int
-        Images are reduced to this many pixels a side.
-    anisotropy : float
-        Samples of an image on what is seen aslant.
-    blended_levels : bool
-        Whether images are blended between two of their levels.
-    hair_at_vertices : bool
-        Whether hair is lit at its vertices, not pixel by pixel: its ribbons lie many deep. OpenGL
-        alone does it.
-    """
-
-    oversampling: float
-    shadow_side: int
-    image_side: int
-    anisotropy: float
-    blended_levels: bool
+    oversampling: float  # drawn this much larger, then reduced; at 1 edges are smoothed instead
+    shadow_side: int  # pixels of the blurred shadow map
+    image_side: int  # images are reduced to this many pixels a side
+    anisotropy: float  # samples of an image on what is seen aslant
+    blended_levels: bool  # whether images are blended between two of their levels
+    # whether hair is lit at its vertices, not pixel by pixel: its ribbons lie many deep. OpenGL
+    # alone does it.
     hair_at_vertices: bool
 
 

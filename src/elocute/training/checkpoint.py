@@ -165,8 +165,8 @@ def _check_same_training(
     path: Path, stored: dict[str, Any], record: dict[str, Any], source: str, free: Container[str]
 ) -> None:
     """Raise ModelError for a checkpoint of another training: names what differs."""
-    found, config = stored.get("config"), record["config"]
-    known = found if isinstance(found, dict) else {}
+    stored_config, config = stored.get("config"), record["config"]
+    known = stored_config if isinstance(stored_config, dict) else {}
     settings = [name for name in {**config, **known} if name not in free]
     differing = [name for name in settings if known.get(name) != config.get(name)]
     differing += [name for name in record if name != "config" and stored.get(name) != record[name]]
@@ -186,10 +186,10 @@ def check_state(path: Path, network: torch.nn.Module, state: dict[str, Tensor]) 
         raise ModelError.about(path, found=f"{unknown[0][:80]}", allowed="the network's weights")
     for name, value in network.state_dict().items():
         if name not in state or state[name].shape != value.shape:
-            found = tuple(state[name].shape) if name in state else "nothing"
+            shape = tuple(state[name].shape) if name in state else "nothing"
             raise ModelError.about(
                 path,
-                found=f"{name} of shape {found}",
+                found=f"{name} of shape {shape}",
                 allowed=str(tuple(value.shape)),
                 remedy="what it learns from has changed: choose another output folder",
             )

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from elocute.training.target_space import MotionSpace
+from elocute.training.corpus_data import MotionSpace
 
 MM = 1000.0
 
@@ -45,6 +45,12 @@ def principal_components(targets: Tensor, count: int) -> Tensor:
     order = np.argsort(values)[::-1][:count]
     scaled = vectors[:, order] * np.sqrt(np.maximum(values[order], 0))
     return torch.from_numpy(scaled.T.astype(np.float32))
+
+
+def start_decoder(decoder: nn.Linear, targets: Tensor) -> None:
+    """Set the weights to the principal components of (frame, output); the bias stays zero."""
+    with torch.no_grad():
+        decoder.weight.copy_(principal_components(targets, decoder.in_features).T)
 
 
 def decoder_basis(decoder: nn.Linear, space: MotionSpace | None) -> Tensor:

@@ -1,4 +1,4 @@
-"""Where a training computes: from a name to a device of this machine."""
+"""Chooses the device that a training computes on."""
 
 from __future__ import annotations
 

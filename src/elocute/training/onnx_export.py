@@ -81,19 +81,9 @@ def corpus_record(
 
 
 def add_to_record(path: str | Path, **entries: Any) -> None:
-    """Add entries to the record of a file that `export_network` wrote.
+    """Add JSON entries to the record of a file that `export_network` wrote, or replace them there.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, which is replaced.
-    **entries
-        For JSON; those of the same name are replaced.
-
-    Raises
-    ------
-    OutputError
-        Where the file cannot be written.
+    Raises OutputError where the file cannot be written.
     """
     import onnx
 

@@ -9,8 +9,7 @@ from elocute.adoption.characters.open_character import character_of
 from elocute.adoption.flame_places import FLAME_LANDMARKS
 from elocute.animation import animate
 from elocute.errors import HeadError
-from elocute.export.character_mouth import measured_mouth
-from elocute.export.character_weights import character_motion
+from elocute.export.character_weights import character_motion, measured_mouth
 from elocute.head.builtin import load_builtin_head
 from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.meshes.gltf_document import gltf_document

@@ -2,7 +2,7 @@
 
 import pytest
 
-from elocute.adoption.characters.joint_names import joint_of
+from elocute.adoption.characters.mapping import joint_of
 from elocute.adoption.characters.shape_names import (
     like_a_mouth,
     meanings_of,

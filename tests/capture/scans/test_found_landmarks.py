@@ -10,8 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elocute.capture.found_landmarks import find_landmarks
-from elocute.capture.scans.landmark_detection import _landmark_shares, detect_landmarks
+from elocute.capture.scans.landmark_detection import (
+    _landmark_shares,
+    detect_landmarks,
+    find_landmarks,
+)
 from elocute.capture.simulation.scan_simulator import Scanner, simulate_scans
 from elocute.capture.video.face_mesh_points import builtin_face_points
 from elocute.head.identity import sample_identity

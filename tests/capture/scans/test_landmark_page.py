@@ -14,8 +14,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
 
-from elocute.capture.scans.landmark_names import KEY_LANDMARKS, LANDMARK_NAMES
-from elocute.capture.scans.landmark_page import write_landmark_page
+from elocute.capture.scans.landmark_page import KEY_LANDMARKS, LANDMARK_NAMES, write_landmark_page
 from elocute.errors import CaptureError, OutputError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import sample_identities

@@ -18,7 +18,7 @@ from elocute.motion.motion import Motion
 from elocute.numerics.quaternions import from_axis_angle, to_matrices
 from elocute.registration import register
 from elocute.registration.accuracy import scan_distances, scan_noise_mm
-from elocute.registration.initial_pose import initial_poses
+from elocute.registration.head_search import initial_poses
 from elocute.registration.landmarks import Landmarks, no_landmarks, write_landmarks
 from elocute.registration.register import Registration, register_neutral
 from elocute.registration.scan import Scan, checked_scan

@@ -7,14 +7,13 @@ frame by frame, where the motion is written.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from elocute.adoption.characters.heads_in_file import HeadPart
-from elocute.adoption.characters.joint_names import joint_of
-from elocute.adoption.characters.morphs import MorphMesh
+from elocute.adoption.characters.morphs import HeadPart, MorphMesh
 from elocute.adoption.characters.shape_names import (
     Meaning,
     like_a_mouth,
@@ -31,6 +30,23 @@ from elocute.meshes.gltf_nodes import NodeTree
 from elocute.motion.control_fit import is_of_mouth
 from elocute.motion.curves import ARKIT_NAMES
 
+_JOINT_WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
+_JOINT_SIDES = {"l": "Left", "left": "Left", "r": "Right", "right": "Right"}
+# Words that rigs put around the name of a joint: mixamorig:Head, CC_Base_Head, J_Bip_C_Head,
+# Bip001 Head, DEF-head, head_jnt.
+_AROUND = frozenset(
+    (
+        *("mixamorig", "mixamo", "cc", "base", "j", "bip", "adj", "c", "m", "x", "b", "bn", "sk"),
+        *("def", "org", "mch", "bone", "joint", "jnt", "bind", "skin", "rig", "armature"),
+        *("character", "avatar", "facial", "valve", "biped"),
+    )
+)
+_JOINT_NAMES: dict[str, tuple[tuple[str, ...], ...]] = {
+    "neck": (("neck",), ("neck", "twist"), ("neck", "lower"), ("lower", "neck")),
+    "head": (("head",),),
+    "jaw": (("jaw",), ("jaw", "root"), ("lower", "jaw"), ("jaw", "lower"), ("mandible",)),
+    "eye": (("eye",), ("face", "eye"), ("eyeball",), ("eye", "ball")),
+}
 SIDES = ("Left", "Right")
 JAW_DEG = 20.0
 """How far the built-in head's jaw is turned where `jawOpen` is one."""
@@ -51,80 +67,38 @@ _GAZE_DEG = {  # nod and turn for a degree of gaze; a left eye looks out to the 
 
 @dataclass(frozen=True)
 class Candidate:
-    """Morph targets that do the same, wherever they are.
+    """Morph targets that do the same, wherever they are."""
 
-    Attributes
-    ----------
-    name : str
-        As the file has it.
-    meaning : Meaning
-        What they do.
-    binds : tuple of (int, int, float)
-        Mesh, target, weight.
-    still : bool
-        Whether all are known to move nothing.
-    switch : bool
-        Whether it is only ever off or on.
-    overrides : dict of str to str
-        What it takes away of others.
-    """
-
-    name: str
-    meaning: Meaning
-    binds: tuple[tuple[int, int, float], ...]
-    still: bool = False
-    switch: bool = False
-    overrides: dict[str, str] = field(default_factory=dict)
+    name: str  # as the file has it
+    meaning: Meaning  # what they do
+    binds: tuple[tuple[int, int, float], ...]  # mesh, target, weight
+    still: bool = False  # whether all are known to move nothing
+    switch: bool = False  # whether it is only ever off or on
+    overrides: dict[str, str] = field(default_factory=dict)  # what it takes away of others
 
 
 @dataclass
 class Mapping:
-    """What takes what, and what is left.
+    """What takes what, and what is left."""
 
-    Attributes
-    ----------
-    controls, turns
-        Of the character.
-    mouth : str
-        "direct", "fitted" or "none".
-    idle : dict of str
-        Why a name that is known takes nothing.
-    unknown : dict of str
-        The nearest known name, "" for none, by a name that is not known.
-    of_mouth : list of str
-        Names that are not known and look like a mouth's.
-    twice : list of str
-        Names of targets that are there again and left out, since they move the same.
-    """
-
-    controls: list[Control] = field(default_factory=list)
+    controls: list[Control] = field(default_factory=list)  # of the character
     turns: list[Turn] = field(default_factory=list)
-    mouth: str = "none"
-    idle: dict[str, str] = field(default_factory=dict)
+    mouth: str = "none"  # "direct", "fitted" or "none"
+    idle: dict[str, str] = field(default_factory=dict)  # why a name that is known takes nothing
+    # the nearest known name, "" for none, by a name that is not known
     unknown: dict[str, str] = field(default_factory=dict)
+    # names that are not known and look like a mouth's
     of_mouth: list[str] = field(default_factory=list)
+    # names of targets that are there again and left out, since they move the same
     twice: list[str] = field(default_factory=list)
 
 
 def map_character(
     parts: Sequence[HeadPart], tree: NodeTree, joints: dict[str, int], vrm: Vrm | None
 ) -> Mapping:
-    """Map a head's morph targets and joints.
+    """Map the morph targets and joints of a head.
 
-    Parameters
-    ----------
-    parts : sequence of HeadPart
-        Its meshes.
-    tree : NodeTree
-        The file's nodes.
-    joints : dict of str to int
-        Nodes by the names of the built-in head's joints.
-    vrm : Vrm or None
-        What the file says as a VRM.
-
-    Returns
-    -------
-    Mapping
+    joints: nodes by the names of the built-in head's joints; vrm: what the file says as a VRM.
     """
     mapping = Mapping()
     morphs = _from_names(parts, mapping)
@@ -148,23 +122,9 @@ def map_character(
 def head_joints(
     tree: NodeTree, skeleton: Iterable[int], parts: Sequence[HeadPart], vrm: Vrm | None
 ) -> dict[str, int]:
-    """Neck, head, jaw and eyes of a head.
+    """Nodes of neck, head, jaw and eyes of a head, by the names of the built-in head's joints.
 
-    Parameters
-    ----------
-    tree : NodeTree
-        The file's nodes.
-    skeleton : iterable of int
-        The joints of its skins; nothing where it has none.
-    parts : sequence of HeadPart
-        Its meshes.
-    vrm : Vrm or None
-        What the file says as a VRM, which goes first.
-
-    Returns
-    -------
-    dict of str to int
-        Nodes by the names of the built-in head's joints.
+    skeleton: the joints of its skins, nothing where it has none. What a VRM says goes first.
     """
     given = set(skeleton)
     if given:
@@ -392,21 +352,10 @@ def _turns(joints: dict[str, int], by_joint: list[Control], vrm: Vrm | None) -> 
 
 
 def facing_deg(tree: NodeTree, joints: dict[str, int], vrm: Vrm | None) -> float:
-    """How far a face is turned about +Y from +Z.
+    """How far a face is turned about +Y from +Z, in degrees.
 
-    Parameters
-    ----------
-    tree : NodeTree
-        The file's nodes.
-    joints : dict of str to int
-        Its eyes, where they have joints.
-    vrm : Vrm or None
-        A VRM of version 0 looks along -Z.
-
-    Returns
-    -------
-    float
-        Degrees; in quarters of a turn where the eyes are nearly so.
+    By the joints of its eyes, where it has these, in quarters of a turn where they are nearly so; a
+    VRM of version 0 looks along -Z.
     """
     if {"eyeLeft", "eyeRight"} <= set(joints):
         with np.errstate(all="ignore"):
@@ -417,3 +366,24 @@ def facing_deg(tree: NodeTree, joints: dict[str, int], vrm: Vrm | None) -> float
             quarter = 90.0 * round(angle / 90)
             return quarter if abs(angle - quarter) < 15 else angle
     return 180.0 if vrm is not None and vrm.version == 0 else 0.0
+
+
+def joint_of(name: str) -> str | None:
+    """Which of the built-in head's joints ("neck", "head", "jaw", "eyeLeft", "eyeRight") a joint is
+    by the name that the file has; None for others."""
+    words = [word.lower() for word in _JOINT_WORDS.findall(name[:200])]
+    sides = {_JOINT_SIDES[word] for word in words if word in _JOINT_SIDES}
+    rest = _without_rig(word for word in words if word not in _JOINT_SIDES)
+    for joint, known in _JOINT_NAMES.items():
+        if rest in known and (len(sides) == 1) == (joint == "eye") and len(sides) < 2:
+            return joint + "".join(sides)
+    return None
+
+
+def _without_rig(words: Iterable[str]) -> tuple[str, ...]:
+    kept = list(words)
+    while kept and kept[0] in _AROUND:
+        kept = kept[1:]
+    while kept and kept[-1] in _AROUND:
+        kept = kept[:-1]
+    return tuple(kept)

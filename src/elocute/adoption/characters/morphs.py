@@ -1,15 +1,25 @@
-"""Lists the meshes of a file that have morph targets, with the targets' names."""
+"""Lists the meshes of a file that have morph targets, and groups them into heads.
+
+A head comes in parts, and a file may hold two.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from elocute.adoption.characters.shape_names import words_of
+from elocute.errors import HeadError
 from elocute.files.json_records import finite_number
 from elocute.meshes.gltf_document import GltfDocument
+from elocute.meshes.gltf_nodes import NodeTree
 
+PAIRS_MAX = 2000
+"""Parts of a face; more are taken as they come."""
 NAME_MAX = 200
 BASIS = frozenset({"basis", "base", "neutral", "default", "rest", "original", "基型", "ベース"})
 """Words for the mesh itself, which some writers name before its morph targets."""
@@ -17,48 +27,20 @@ BASIS = frozenset({"basis", "base", "neutral", "default", "rest", "original", "�
 
 @dataclass(frozen=True)
 class MorphMesh:
-    """A mesh that can change its shape.
+    """A mesh that can change its shape."""
 
-    Attributes
-    ----------
-    mesh : int
-        Its number in the file.
-    name : str
-        What messages call it.
-    nodes : tuple of int
-        Where it hangs.
-    targets : tuple of str
-        Names of its morph targets; "" for one without a name.
-    still : tuple of bool
-        Which of them are known to move nothing.
-    twins : tuple of int
-        For each of them the first that is called the same and moves the same, often itself.
-    note : str
-        What to know of their names; "" for nothing.
-    """
-
-    mesh: int
-    name: str
-    nodes: tuple[int, ...]
-    targets: tuple[str, ...]
-    still: tuple[bool, ...]
+    mesh: int  # its number in the file
+    name: str  # what messages call it
+    nodes: tuple[int, ...]  # where it hangs
+    targets: tuple[str, ...]  # names of its morph targets; "" for one without a name
+    still: tuple[bool, ...]  # which of them are known to move nothing
+    # for each of them the first that is called the same and moves the same, often itself
     twins: tuple[int, ...]
-    note: str = ""
+    note: str = ""  # what to know of their names; "" for nothing
 
 
 def morph_meshes(document: GltfDocument) -> list[MorphMesh]:
-    """The meshes of a file that have morph targets and hang somewhere.
-
-    Parameters
-    ----------
-    document : GltfDocument
-        The file.
-
-    Returns
-    -------
-    list of MorphMesh
-        In the file's order.
-    """
+    """The meshes of a file that have morph targets and hang somewhere, in the file's order."""
     hanging: dict[int, list[int]] = {}
     nodes = document.records("nodes")
     for number, node in enumerate(nodes):
@@ -128,15 +110,140 @@ def _twins(names: list[str], bounds: list[tuple[float, ...] | None]) -> Iterator
 
 def _bounds(document: GltfDocument, mesh: dict[str, Any], place: int) -> tuple[float, ...] | None:
     """How far a target moves the primitives, least and most; None where the file does not say."""
-    accessors, found = document.records("accessors"), list[float]()
+    found = list[float]()
     for primitive in mesh["primitives"]:
-        position: int | None = primitive["targets"][place].get("POSITION")
-        accessor = {} if position is None else accessors[position]
-        for end in () if position is None else ("min", "max"):
-            given = accessor.get(end)
-            values = [*map(finite_number, given)] if isinstance(given, list) else []
-            numbers = [value for value in values[:4] if value is not None]
-            if len(values) != 3 or len(numbers) != 3:
+        for numbers in _stated_ends(document, primitive["targets"][place]):
+            if numbers is None:
                 return None
             found += numbers
     return tuple(found)
+
+
+def _stated_ends(
+    document: GltfDocument, attributes: dict[str, int]
+) -> Iterator[list[float] | None]:
+    """Least and most of positions as the file states them, where it does so in three numbers."""
+    if "POSITION" in attributes:
+        accessor = document.records("accessors")[attributes["POSITION"]]
+        for end in (accessor.get("min"), accessor.get("max")):
+            numbers = [finite_number(value) for value in end] if isinstance(end, list) else []
+            finite = [number for number in numbers if number is not None]
+            yield finite if len(numbers) == len(finite) == 3 else None
+
+
+@dataclass(frozen=True)
+class HeadPart:
+    """A mesh where it hangs."""
+
+    node: int
+    mesh: MorphMesh
+    speaks: bool  # whether the mesh has shapes of a mouth
+
+
+def choose_head(
+    subject: str,
+    document: GltfDocument,
+    tree: NodeTree,
+    parts: Sequence[HeadPart],
+    mesh: str | None,
+) -> list[HeadPart]:
+    """The parts of one head, of all meshes with shapes of a face.
+
+    mesh: the name of a mesh or of its node; None where there is one head only. Raises HeadError for
+    several heads of which none is named, and for a name that no mesh has.
+    """
+    heads = _heads(document, tree, parts)
+    if mesh is not None:
+        named = [head for head in heads if any(_is_called(part, tree, mesh) for part in head)]
+        if len(named) == 1:
+            return named[0]
+        names = ", ".join(dict.fromkeys(part.mesh.name for part in parts))
+        found = f"{len(named)} meshes called {mesh!r}" if named else f"no mesh called {mesh!r}"
+        raise HeadError.about(subject, found=found, allowed=names[:300])
+    talking = [head for head in heads if any(part.speaks for part in head)]
+    if len(talking) > 1:
+        told = "; ".join(", ".join(dict.fromkeys(p.mesh.name for p in head)) for head in talking)
+        first = talking[0][0]
+        called = next((p.mesh.name for p in talking[0] if p.speaks), first.mesh.name)
+        raise HeadError.about(
+            subject,
+            found=f"{len(talking)} heads ({told[:300]})",
+            allowed="one",
+            remedy=f"`mesh` {called} chooses the first of them",
+        )
+    return list(parts)
+
+
+def _is_called(part: HeadPart, tree: NodeTree, name: str) -> bool:
+    return name in (part.mesh.name, tree.name(part.node))
+
+
+def _heads(
+    document: GltfDocument, tree: NodeTree, parts: Sequence[HeadPart]
+) -> list[list[HeadPart]]:
+    """Parts of one skeleton belong together, of others those that lie in each other."""
+    skeletons = [_skeleton(document, tree, part.node) for part in parts]
+    boxes = [_box(document, tree, part) for part in parts[:PAIRS_MAX]]
+    boxes += [None] * (len(parts) - len(boxes))
+    group = list(range(len(parts)))
+    for one in range(len(parts)):
+        for other in range(one):
+            if group[one] != group[other] and _together(
+                skeletons[one], skeletons[other], boxes[one], boxes[other]
+            ):
+                old, new = group[one], group[other]
+                group = [new if each == old else each for each in group]
+    return [
+        [part for part, each in zip(parts, group, strict=True) if each == number]
+        for number in dict.fromkeys(group)
+    ]
+
+
+_Box = NDArray[np.float64] | None
+
+
+def _together(one: frozenset[int], other: frozenset[int], box: _Box, other_box: _Box) -> bool:
+    if one and other:
+        return not one.isdisjoint(other)
+    if box is None or other_box is None:
+        return True
+    return _inside(box, other_box) or _inside(other_box, box)
+
+
+def _inside(small: NDArray[np.float64], large: NDArray[np.float64]) -> bool:
+    """Whether the middle of a box lies in another."""
+    middle = small.mean(axis=0)
+    return bool(((middle >= large[0]) & (middle <= large[1])).all())
+
+
+def _skeleton(document: GltfDocument, tree: NodeTree, node: int) -> frozenset[int]:
+    """The joints that move a node: of its skin, or those that it hangs from."""
+    skins = document.records("skins")
+    skin = tree.nodes[node].get("skin")
+    if skin is not None:
+        return frozenset(skins[skin]["joints"])
+    above = set(tree.line(node))
+    for each in skins:
+        if not above.isdisjoint(each["joints"]):
+            return frozenset(each["joints"])
+    return frozenset()
+
+
+def _box(document: GltfDocument, tree: NodeTree, part: HeadPart) -> _Box:
+    """(2, 3) lowest and highest corner in the scene, by the bounds that the file states."""
+    corners = [
+        end
+        for primitive in document.records("meshes")[part.mesh.mesh]["primitives"]
+        for end in _stated_ends(document, primitive["attributes"])
+        if end is not None
+    ]
+    if len(corners) < 2:
+        return None
+    low, high = np.min(corners, axis=0), np.max(corners, axis=0)
+    eight = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), -1).reshape(-1, 3)
+    world = np.eye(4) if "skin" in tree.nodes[part.node] else tree.world(part.node)
+    with np.errstate(all="ignore"):
+        placed = eight @ world[:3, :3].T + world[:3, 3]
+    if not np.isfinite(placed).all():
+        return None
+    return np.stack([placed.min(axis=0), placed.max(axis=0)])

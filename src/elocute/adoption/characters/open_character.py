@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from elocute.adoption.characters.heads_in_file import HeadPart, choose_head
 from elocute.adoption.characters.mapping import Mapping, facing_deg, head_joints, map_character
-from elocute.adoption.characters.morphs import MorphMesh, morph_meshes
+from elocute.adoption.characters.morphs import HeadPart, MorphMesh, choose_head, morph_meshes
 from elocute.adoption.characters.shape_names import meanings_of
-from elocute.adoption.characters.still_parts import still_parts
 from elocute.adoption.characters.vrm import Vrm, read_vrm
 from elocute.errors import HeadError
 from elocute.head.builtin import load_builtin_head
-from elocute.head.character import Character
+from elocute.head.character import Character, Turn
 from elocute.head.model import HeadModel
 from elocute.meshes.gltf_document import GltfDocument, read_gltf
 from elocute.meshes.gltf_nodes import NodeTree, without_matrix
 from elocute.motion.control_fit import is_of_mouth
 
+_OF_EYES = ("eye", "eyes", "eyeball", "eyeballs", "iris", "irises", "cornea", "pupil", "pupils")
+_OF_JAW = ("teeth", "tooth", "tongue", "gum", "gums", "denture", "dentures")
+_ABOVE = ("upper", "up", "top", "maxilla")
+"""Teeth of the skull, which stay where they are."""
 TOLD = 6
 """Names that a note has."""
 REMEDY = "export it with its shape keys, named as ARKit, Oculus or VRM names them"
@@ -27,24 +30,12 @@ REMEDY = "export it with its shape keys, named as ARKit, Oculus or VRM names the
 
 @dataclass(frozen=True, eq=False)
 class OpenedCharacter:
-    """A character and how it was understood.
+    """A character and how it was understood."""
 
-    Attributes
-    ----------
-    character : Character
-        Ready to be moved.
-    mapping : Mapping
-        What takes what, and what is left.
-    meshes : tuple of MorphMesh
-        The meshes of its head.
-    still : tuple of str
-        Eyes, teeth and tongues that nothing moves.
-    """
-
-    character: Character
-    mapping: Mapping
-    meshes: tuple[MorphMesh, ...]
-    still: tuple[str, ...] = ()
+    character: Character  # ready to be moved
+    mapping: Mapping  # what takes what, and what is left
+    meshes: tuple[MorphMesh, ...]  # the meshes of its head
+    still: tuple[str, ...] = ()  # eyes, teeth and tongues that nothing moves
 
 
 def open_character(path: str | Path, mesh: str | None = None) -> OpenedCharacter:
@@ -113,30 +104,26 @@ def _notes(name: str, mapping: Mapping, still: list[str], meshes: list[MorphMesh
     """What to know before it speaks. A mouth that takes the curves as they are needs no more."""
     yield from (f"{name}: {mesh.name} has {mesh.note}" for mesh in meshes if mesh.note)
     if mapping.twice:
-        told = ", ".join(mapping.twice[:TOLD]) + (", …" if len(mapping.twice) > TOLD else "")
+        told = _first_names(mapping.twice)
         yield f"{name}: shapes of one name that move the same ({told}): the first of each is moved"
     unknown = mapping.of_mouth
     if mapping.mouth == "fitted" and unknown:
-        told = ", ".join(unknown[:TOLD]) + (", …" if len(unknown) > TOLD else "")
         found = f"{len(unknown)} shapes look like a mouth's and are not known"
+        told = _first_names(unknown)
         yield f"{name}: {found} ({told}): nothing moves them; `elocute info` lists all"
     if still:
-        told = ", ".join(still[:TOLD]) + (", …" if len(still) > TOLD else "")
+        told = _first_names(still)
         yield f"{name}: {told} without shapes and joints that move: as they are throughout"
 
 
+def _first_names(names: list[str]) -> str:
+    return ", ".join(names[:TOLD]) + (", …" if len(names) > TOLD else "")
+
+
 def character_head(character: Character) -> HeadModel:
-    """The built-in head as it stands for a character.
+    """The built-in head as it stands for a character, whose its curves and joints are.
 
-    Parameters
-    ----------
-    character : Character
-        The character.
-
-    Returns
-    -------
-    HeadModel
-        Without identities and look; its curves and joints are the character's.
+    It has neither identities nor a look.
     """
     head = load_builtin_head()
     return replace(
@@ -167,3 +154,46 @@ def _skeleton(document: GltfDocument, parts: list[HeadPart]) -> list[int]:
     nodes, skins = document.records("nodes"), document.records("skins")
     joints = [skins[nodes[p.node]["skin"]]["joints"] for p in parts if "skin" in nodes[p.node]]
     return [joint for each in joints for joint in each]
+
+
+def still_parts(
+    document: GltfDocument, tree: NodeTree, moved: Iterable[int], turns: Iterable[Turn]
+) -> list[str]:
+    """Names of meshes that are eyes, teeth or a tongue by these, and stay as they are.
+
+    moved: meshes whose shapes are moved; turns: the joints that are turned.
+    """
+    moved, found = set(moved), []
+    by_kind: dict[str, set[int]] = {"eye": set(), "jaw": set()}
+    for turn in turns:
+        for joint in turn.joints if turn.controls else ():
+            if joint[:3] in by_kind:
+                by_kind[joint[:3]].update(tree.below(turn.node))
+    for number, node in enumerate(tree.nodes):
+        if "mesh" not in node or node["mesh"] in moved:
+            continue
+        name, kind = _kind(document, tree, number)
+        if kind and not _hangs_on(document, tree, number, by_kind[kind]):
+            found.append(name)
+    return list(dict.fromkeys(found))
+
+
+def _kind(document: GltfDocument, tree: NodeTree, number: int) -> tuple[str, str]:
+    """What a mesh is called, and "eye", "jaw" or "" by that."""
+    mesh = document.records("meshes")[tree.nodes[number]["mesh"]]
+    given = mesh.get("name")
+    names = [each for each in (tree.name(number), given) if isinstance(each, str) and each]
+    for name in names:
+        words = {word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)}
+        if words.isdisjoint(_ABOVE) and not words.isdisjoint(_OF_JAW):
+            return name[:200], "jaw"
+        if not words.isdisjoint(_OF_EYES) and words.isdisjoint(("lash", "lashes", "brow", "brows")):
+            return name[:200], "eye"
+    return (names or [""])[0], ""
+
+
+def _hangs_on(document: GltfDocument, tree: NodeTree, number: int, joints: set[int]) -> bool:
+    """Whether a node or a joint of its skin is one of these."""
+    skin = tree.nodes[number].get("skin")
+    held = document.records("skins")[skin]["joints"] if skin is not None else tree.line(number)
+    return not joints.isdisjoint(held)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from elocute.adoption.characters.open_character import OpenedCharacter
-from elocute.export.character_mouth import measured_mouth
+from elocute.export.character_weights import measured_mouth
 from elocute.head.character import Control
 from elocute.motion.curves import ARKIT_NAMES
 
@@ -19,18 +19,7 @@ MEASURED = {True: "opened as far as its own mesh wants it", False: "no lips that
 
 
 def character_record(opened: OpenedCharacter) -> dict[str, Any]:
-    """The mapping of a character.
-
-    Parameters
-    ----------
-    opened : OpenedCharacter
-        From `open_character`.
-
-    Returns
-    -------
-    dict of str
-        Plain values: what JSON can hold.
-    """
+    """The mapping of a character as plain values, which JSON can hold."""
     character, mapping = opened.character, opened.mapping
     nodes = character.document.records("nodes")
     taken = {curve for control in character.controls for curve in control.looks}
@@ -38,7 +27,7 @@ def character_record(opened: OpenedCharacter) -> dict[str, Any]:
     return {
         "meshes": {mesh.name: len(mesh.targets) for mesh in opened.meshes},
         "mouth": f"{MOUTHS[mapping.mouth]}; {MEASURED[own is not None]}",
-        "mapped": {control.name: _told(control) for control in character.controls},
+        "mapped": {control.name: _takes(control) for control in character.controls},
         "joints": {
             str(nodes[turn.node].get("name", turn.node)): " + ".join(turn.joints)
             for turn in character.turns
@@ -53,17 +42,7 @@ def character_record(opened: OpenedCharacter) -> dict[str, Any]:
 
 
 def report_lines(record: dict[str, Any]) -> Iterable[str]:
-    """A record of a character as lines for people.
-
-    Parameters
-    ----------
-    record : dict of str
-        From `character_record`.
-
-    Yields
-    ------
-    str
-    """
+    """A record of `character_record` as lines for people."""
     meshes = ", ".join(f"{name} ({count} shapes)" for name, count in record["meshes"].items())
     yield _line("meshes", meshes)
     yield _line("mouth", record["mouth"])
@@ -93,16 +72,13 @@ def _taken(name: str, takes: str) -> str:
     return name if takes == name or takes.startswith(FITTED) else f"{name} ({takes})"
 
 
-def _told(control: Control) -> str:
+def _takes(control: Control) -> str:
     """What a control takes."""
-    if control.shares:
-        return " + ".join(
-            name if share == 1 else f"{share:.2g} {name}" for name, share in control.shares.items()
-        )
-    looks = " + ".join(
-        name if weight == 1 else f"{weight:.2g} {name}" for name, weight in control.looks.items()
+    told = " + ".join(
+        name if share == 1 else f"{share:.2g} {name}"
+        for name, share in (control.shares or control.looks).items()
     )
-    return f"{FITTED}, as {looks}"
+    return told if control.shares else f"{FITTED}, as {told}"
 
 
 def _listed(title: str, names: dict[str, str]) -> Iterable[str]:

@@ -43,21 +43,11 @@ SHORT = 4
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a name stands for.
+    """What a name stands for."""
 
-    Attributes
-    ----------
-    family : str
-        Whose name it is: "arkit", "viseme", "vrm", "cc", "facs", "other".
-    looks : dict of str to float
-        Weights of the built-in head's curves.
-    part : bool
-        Whether it is one of several targets that make up the shape together.
-    """
-
-    family: str
-    looks: dict[str, float]
-    part: bool = False
+    family: str  # whose name it is: "arkit", "viseme", "vrm", "cc", "facs", "other"
+    looks: dict[str, float]  # weights of the built-in head's curves
+    part: bool = False  # whether it is one of several targets that make up the shape together
 
     @property
     def key(self) -> str:
@@ -66,18 +56,10 @@ class Meaning:
 
 
 def meanings_of(names: Sequence[str]) -> list[Meaning | None]:
-    """What the morph targets of one mesh do.
+    """What the morph targets of one mesh do; None for a name that is not known.
 
-    Parameters
-    ----------
-    names : sequence of str
-        All of the mesh's, since a word that most begin with is left out, and single letters are
-        visemes only among others.
-
-    Returns
-    -------
-    list of Meaning or None
-        None for a name that is not known.
+    names: all of the mesh's, since a word that most begin with is left out, and single letters are
+    visemes only among others.
     """
     common = _common_words(names)
     found = [_known(name, common) for name in names]
@@ -94,19 +76,10 @@ def meanings_of(names: Sequence[str]) -> list[Meaning | None]:
 
 
 def like_a_mouth(name: str, visemes: bool) -> bool:
-    """Whether a name that is not known looks like one of a mouth's.
+    """Whether a name that is not known looks like one of a mouth's; VRoid's whole faces and teeth
+    do not.
 
-    Parameters
-    ----------
-    name : str
-        Of a morph target.
-    visemes : bool
-        Whether others of its mesh are visemes, so that a few letters may be one, too.
-
-    Returns
-    -------
-    bool
-        VRoid's whole faces and teeth are none.
+    visemes: whether others of its mesh are visemes, so that a few letters may be one, too.
     """
     if "Fcl_" in name:
         return False
@@ -116,35 +89,14 @@ def like_a_mouth(name: str, visemes: bool) -> bool:
 
 
 def vrm_meaning(preset: str) -> Meaning | None:
-    """What an expression of a VRM does, by the name of its preset, of version 0 or 1.
-
-    Parameters
-    ----------
-    preset : str
-        Such as "aa" or "blink_l".
-
-    Returns
-    -------
-    Meaning or None
-        None for moods and what the user named.
-    """
+    """What an expression of a VRM does, by the name of its preset, of version 0 or 1, such as "aa"
+    or "blink_l"; None for moods and what the user named."""
     looks = VRM.get(preset.replace("_", "").lower())
     return None if looks is None else Meaning("vrm", looks)
 
 
 def nearest_name(name: str) -> str | None:
-    """A known name that a name may be meant for.
-
-    Parameters
-    ----------
-    name : str
-        Not known.
-
-    Returns
-    -------
-    str or None
-        None where nothing is near.
-    """
+    """A known name that an unknown one may be meant for; None where nothing is near."""
     key = "".join(words_of(name.rsplit(".", 1)[-1]))[:80]
     near = difflib.get_close_matches(key, _table(), n=1, cutoff=0.75)
     return _table()[near[0]][1] if near else None

@@ -5,10 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, TypeGuard
 
-from elocute.adoption.characters.joint_names import VRM_BONES
 from elocute.files.json_records import finite_number
 from elocute.meshes.gltf_document import GltfDocument
 
+VRM_BONES = {
+    "neck": "neck",
+    "head": "head",
+    "jaw": "jaw",
+    "leftEye": "eyeLeft",
+    "rightEye": "eyeRight",
+}
+"""What a VRM calls the joints of the built-in head."""
 OVERRIDDEN = ("blink", "lookAt", "mouth")
 """What an expression of a VRM 1.0 may take away of others."""
 RANGES = {
@@ -21,67 +28,33 @@ RANGES = {
 
 @dataclass(frozen=True)
 class Expression:
-    """An expression of a VRM.
+    """An expression of a VRM."""
 
-    Attributes
-    ----------
-    name : str
-        As the file has it.
-    preset : bool
-        Whether the name is one of the specification's.
-    binds : tuple of (int, int, float)
-        Mesh, morph target and its weight where the expression is at one.
-    switch : bool
-        Whether it is only ever off or on.
-    overrides : dict of str to str
-        "block" or "blend" by what it takes away: "blink", "lookAt", "mouth".
-    """
-
-    name: str
-    preset: bool
+    name: str  # as the file has it
+    preset: bool  # whether the name is one of the specification's
+    # mesh, morph target and its weight where the expression is at one
     binds: tuple[tuple[int, int, float], ...]
-    switch: bool
+    switch: bool  # whether it is only ever off or on
+    # "block" or "blend" by what it takes away: "blink", "lookAt", "mouth"
     overrides: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Vrm:
-    """What a VRM says of its face.
+    """What a VRM says of its face."""
 
-    Attributes
-    ----------
-    version : int
-        0 or 1.
-    expressions : tuple of Expression
-        Those that move morph targets.
-    joints : dict of str to int
-        Nodes by the names of the built-in head's joints.
-    eyes_by_joints : bool
-        Whether its eyes look by their joints.
-    gaze : dict of str to float
-        Degrees that an eye turns for a degree of gaze, by direction.
-    """
-
-    version: int
-    expressions: tuple[Expression, ...] = ()
+    version: int  # 0 or 1
+    expressions: tuple[Expression, ...] = ()  # those that move morph targets
+    # nodes by the names of the built-in head's joints
     joints: dict[str, int] = field(default_factory=dict)
-    eyes_by_joints: bool = False
+    eyes_by_joints: bool = False  # whether its eyes look by their joints
+    # degrees that an eye turns for a degree of gaze, by direction
     gaze: dict[str, float] = field(default_factory=dict)
 
 
 def read_vrm(document: GltfDocument) -> Vrm | None:
-    """What a file says as a VRM.
-
-    Parameters
-    ----------
-    document : GltfDocument
-        Any glTF file.
-
-    Returns
-    -------
-    Vrm or None
-        None for a file that is no VRM. What points at nothing is left out.
-    """
+    """What a file says as a VRM; None for one that is no VRM. What points at nothing is left
+    out."""
     extensions = _record(document.record.get("extensions"))
     if "VRMC_vrm" in extensions:
         return _version_1(document, _record(extensions["VRMC_vrm"]))

@@ -1,10 +1,8 @@
 """Speech blendshapes: a linear basis learned from registered speech (in the wild 2019, 3.3).
 
-blendshape_learning    a corpus to a head whose shapes are the basis
-principal_components   principal directions in one pass over more meshes than fit into memory
+blendshape_learning    a corpus to a head whose shapes are the basis; a Motion that shows them
+components             principal directions, and shapes that each move a part of the face
 settings               how many shapes, and how sparse
-localised_components   shapes that each move a part of the face
-basis_motion           a basis as a Motion that shows each shape in turn
 basis_comparison       how well a basis represents faces it was not learned from
 """
 
@@ -21,10 +19,10 @@ if TYPE_CHECKING:
         reconstruction_errors as reconstruction_errors,
         strongest_shapes as strongest_shapes,
     )
-    from elocute.capture.blendshapes.basis_motion import sweep_shapes as sweep_shapes
     from elocute.capture.blendshapes.blendshape_learning import (
         Blendshapes as Blendshapes,
         learn_blendshapes as learn_blendshapes,
+        sweep_shapes as sweep_shapes,
     )
     from elocute.capture.blendshapes.settings import BlendshapeConfig as BlendshapeConfig
 

@@ -99,13 +99,13 @@ def reconstruction_errors(
     for done, name in enumerate(names, 1):
         for start in range(0, corpus.entry(name).frames, BLOCK_FRAMES):
             block = corpus.displacements(name, start, start + BLOCK_FRAMES)
-            for basis, found in zip(bases, errors, strict=True):
-                found.append(basis.errors_mm(block))
+            for basis, of_basis in zip(bases, errors, strict=True):
+                of_basis.append(basis.errors_mm(block))
         if progress:
             progress(done / len(names))
     return [
-        ReconstructionErrors(basis.name, len(basis.flat), np.concatenate(found))
-        for basis, found in zip(bases, errors, strict=True)
+        ReconstructionErrors(basis.name, len(basis.flat), np.concatenate(of_basis))
+        for basis, of_basis in zip(bases, errors, strict=True)
     ]
 
 

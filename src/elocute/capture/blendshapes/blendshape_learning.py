@@ -1,4 +1,4 @@
-"""From a corpus to a head whose shapes are those of its speech."""
+"""From a corpus to a head whose shapes are those of its speech, and the motion that shows them."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
-from elocute.capture.blendshapes.localised_components import localise_components
-from elocute.capture.blendshapes.principal_components import (
+from elocute.capture.blendshapes.components import (
     PrincipalComponents,
+    localise_components,
     principal_directions,
 )
 from elocute.capture.blendshapes.settings import COMPONENTS, COMPONENTS_MAX, BlendshapeConfig
@@ -22,6 +22,7 @@ from elocute.head.builtin import load_builtin_head
 from elocute.head.looks.people import PEOPLE
 from elocute.head.mesh import head_from_arrays
 from elocute.head.model import HeadModel
+from elocute.motion.motion import Motion
 from elocute.one_line_repr import one_line
 
 
@@ -82,19 +83,19 @@ def learn_blendshapes(
     blocks = _with_progress(
         displacement_blocks(corpus, names), sum(corpus.entry(n).frames for n in names), progress
     )
-    found = principal_directions(blocks, max(wanted, COMPONENTS))
-    if not len(found.strengths):
+    principal = principal_directions(blocks, max(wanted, COMPONENTS))
+    if not len(principal.strengths):
         raise CorpusError.about(corpus.folder, found="nothing moves", allowed="clips of speech")
-    count = _count(found, config)
+    count = _count(principal, config)
     if config.sparsity:
-        shapes, deviations = localise_components(found, count, config.sparsity)
+        shapes, deviations = localise_components(principal, count, config.sparsity)
     else:
-        shapes, deviations = found.directions[:count], found.deviations[:count]
+        shapes, deviations = principal.directions[:count], principal.deviations[:count]
     basis = _signed(shapes) * np.asarray(deviations, np.float32)[:, None]
     return Blendshapes(
         _head_with_basis(corpus, basis.reshape(len(basis), -1, 3)),
-        _explained(found, shapes),
-        found.frames,
+        _explained(principal, shapes),
+        principal.frames,
     )
 
 
@@ -157,3 +158,28 @@ def _with_progress(
         done += len(block)
         if callable(progress):
             progress(done / max(frames, 1))
+
+
+REACH = 2.0  # deviations to both sides
+SHAPE_S = 1.0  # one period of a shape
+FPS = 30.0
+
+
+def sweep_shapes(head: HeadModel) -> Motion:
+    """Each shape from 0 to +2, to -2 and back, one after another; weights are deviations."""
+    frames = round(SHAPE_S * FPS)
+    wave = REACH * np.sin(np.linspace(0, 2 * np.pi, frames, endpoint=False))
+    weights = np.kron(np.eye(len(head.expression_names)), wave[:, None])
+    return Motion(head, weights.astype(np.float32), FPS)
+
+
+def extreme_shapes(motion: Motion) -> list[tuple[str, Motion]]:
+    """Labels and single frames: every shape at +2 and -2 deviations, for a contact sheet."""
+    head = motion.head
+    labelled = []
+    for index, name in enumerate(head.expression_names):
+        for value in (REACH, -REACH):
+            weights = np.zeros((1, len(head.expression_names)), np.float32)
+            weights[0, index] = value
+            labelled.append((f"{name} {value:+.0f}", Motion(head, weights, FPS)))
+    return labelled

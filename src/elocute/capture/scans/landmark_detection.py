@@ -1,4 +1,4 @@
-"""Landmarks of a scan by a detector that takes pictures.
+"""Landmarks of a scan that comes with none, by a detector that takes pictures.
 
 "Speech in the wild" (2019, 3.2): a 2D detector runs on a picture whose pixels are known in space.
 Here the pictures are renders of the scan, textured or just shaded, from several sides; what the
@@ -23,9 +23,12 @@ from elocute.errors import CaptureError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.mediapipe_face_mesh import IRIS
 from elocute.head.mesh import head_from_arrays
+from elocute.head.model import HeadModel
+from elocute.numerics.quaternions import to_matrices
 from elocute.numerics.rigid_alignment import similarity_between
 from elocute.registration.landmarks import LANDMARK_COUNT, Landmarks, no_landmarks
-from elocute.registration.scan import Scan
+from elocute.registration.register import locate_head
+from elocute.registration.scan import Scan, checked_scan
 from elocute.render import Camera, open_renderer
 from elocute.render.lights import RIGS
 from elocute.render.stage import Stage
@@ -58,30 +61,13 @@ def detect_landmarks(
     yaws_deg: Sequence[float] = YAWS_DEG,
     side: int = SIDE,
 ) -> Landmarks:
-    """The 68 landmarks of a scan that stands about upright and looks along +Z.
+    """The 68 landmarks of a scan in metres that stands about upright and looks along +Z.
 
     Confidence is that of the detector, times the share of views that agree, less where a point lies
-    off a face aligned with all of them: through an open mouth a ray meets the throat.
-
-    Parameters
-    ----------
-    scan
-        In metres.
-    detector
-        Takes a picture, gives 68 points and their confidence, or None.
-    yaws_deg
-        Directions from which the scan is rendered.
-    side
-        Pixels of a picture's side.
-
-    Returns
-    -------
-    Landmarks, none of them good where nothing is found: ask `enough`.
-
-    Raises
-    ------
-    CaptureError
-        For a detector that returns anything but 68 points.
+    off a face aligned with all of them: through an open mouth a ray meets the throat. None is good
+    where nothing is found: ask `enough`. yaws_deg: directions from which the scan is rendered.
+    side: pixels of a picture's side. Raises CaptureError for a detector that returns anything but
+    68 points.
     """
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
@@ -91,10 +77,10 @@ def detect_landmarks(
     places, trusts = [], []
     for yaw in yaws_deg:
         camera = _view_camera(scan, yaw)
-        found = detector(_render_scan(scan, camera, side))
-        if found is None:
+        detected = detector(_render_scan(scan, camera, side))
+        if detected is None:
             continue
-        pixels, confidence = _checked(*found)
+        pixels, confidence = _checked(*detected)
         space, facing = _lifted(scene, scan, camera, pixels, side)
         places.append(space)
         trusts.append(np.where(np.isfinite(space[:, 0]), confidence * facing, 0))
@@ -144,15 +130,15 @@ def _lifted(
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     eyes = np.repeat(camera.position[None], len(rays), axis=0)
     hit = scene.run(np.ascontiguousarray(eyes, np.float32), rays.astype(np.float32), output=True)
-    found = hit["primID"] >= 0
-    corners = scan.triangles[np.where(found, hit["primID"], 0)]
+    hits = hit["primID"] >= 0
+    corners = scan.triangles[np.where(hits, hit["primID"], 0)]
     u, v = hit["u"][:, None], hit["v"][:, None]
     shares = np.concatenate([1 - u - v, u, v], axis=1)
     points = np.einsum("pc,pca->pa", shares, scan.points[corners])
     normals = np.einsum("pc,pca->pa", shares, scan.normals[corners])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     facing = np.clip(-np.einsum("pa,pa->p", normals, rays), 0, 1)
-    return np.where(found[:, None], points, np.nan), np.where(found, facing, 0)
+    return np.where(hits[:, None], points, np.nan), np.where(hits, facing, 0)
 
 
 def _fused(places: Float64Array, trusts: Float64Array) -> Landmarks:
@@ -233,3 +219,40 @@ def _landmark_shares() -> tuple[Float64Array, Float64Array]:
         confidence[row] = np.exp(-away[near[0]] / DOUBT_M)
     confidence[list(BROWS)] *= BROW_SHARE
     return shares, confidence
+
+
+def find_landmarks(head: HeadModel, scan: Scan, detector: LandmarkDetector) -> Landmarks:
+    """The 68 landmarks of a scan in metres, as a detector sees them in pictures of it.
+
+    The scan is pictured as it stands; then without its colours, which may be wrong or blurred; then
+    turned to where the search for a face sees it from the front. The first pictures that show
+    enough of them tell; else the most that were seen: ask `enough`. Raises CaptureError for a scan
+    that cannot be used, and a detector that gives anything else.
+    """
+    best = no_landmarks()
+    scan, _ = checked_scan(scan)
+    for rotation in _rotations(head, scan):
+        turned = replace(scan, points=scan.points @ rotation)
+        for pictured in _with_and_without_colours(turned):
+            landmarks = detect_landmarks(pictured, detector)
+            if landmarks.good.sum() > best.good.sum():
+                best = Landmarks(landmarks.points @ rotation.T, landmarks.confidence)
+            if best.enough:
+                return best
+    return best
+
+
+def _with_and_without_colours(scan: Scan) -> Iterator[Scan]:
+    yield scan
+    if scan.colors is not None:
+        yield replace(scan, colors=None)
+
+
+def _rotations(head: HeadModel, scan: Scan) -> Iterator[Float64Array]:
+    """(3, 3) as the scan stands; then the head's own, where a head is found."""
+    yield np.eye(3)
+    try:
+        pose = locate_head(head, scan)
+    except CaptureError:
+        return
+    yield np.asarray(to_matrices(pose.turns[:1])[0], np.float64)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from elocute.array_types import Float64Array
-from elocute.capture.scans.landmark_names import KEY_LANDMARKS, LANDMARK_NAMES
 from elocute.errors import CaptureError, OutputError, printable
 from elocute.export.html import page_asset, page_script
 from elocute.files.atomic import write_atomically
@@ -17,6 +17,85 @@ from elocute.files.html_page import filled_page, script_bytes, script_json
 from elocute.head.builtin import load_builtin_head
 from elocute.registration.landmarks import GOOD_MIN
 from elocute.registration.scan import Scan
+
+
+def _jaw() -> Iterator[str]:
+    for step in range(8, 0, -1):
+        yield f"right side of the jaw, {step} of 8; 8 lies before the ear, 1 beside the chin"
+    yield "chin; its lowest point, in the middle"
+    for step in range(1, 9):
+        yield f"left side of the jaw, {step} of 8; 8 lies before the ear, 1 beside the chin"
+
+
+def _brows() -> Iterator[str]:
+    places = ("outer end", "outer quarter", "middle", "inner quarter", "inner end")
+    yield from (f"right eyebrow, {place}" for place in places)
+    yield from (f"left eyebrow, {place}" for place in reversed(places))
+
+
+def _nose() -> Iterator[str]:
+    yield "bridge of the nose, top; between the eyes, where it is deepest"
+    yield "bridge of the nose, a third down"
+    yield "bridge of the nose, two thirds down"
+    yield "tip of the nose; where it stands out most"
+    yield "right nostril, outer; where the wing meets the lip"
+    yield "right nostril, inner; under the middle of the opening"
+    yield "under the nose; where the middle wall meets the lip"
+    yield "left nostril, inner; under the middle of the opening"
+    yield "left nostril, outer; where the wing meets the lip"
+
+
+def _eyes() -> Iterator[str]:
+    corners = ("outer corner", "inner corner")
+    upper, lower = "; on the lid's edge, above the iris's", "; on the lid's edge, below the iris's"
+    yield f"right eye, {corners[0]}"
+    yield f"right eye, upper lid, outer{upper} outer rim"
+    yield f"right eye, upper lid, inner{upper} inner rim"
+    yield f"right eye, {corners[1]}"
+    yield f"right eye, lower lid, inner{lower} inner rim"
+    yield f"right eye, lower lid, outer{lower} outer rim"
+    yield f"left eye, {corners[1]}"
+    yield f"left eye, upper lid, inner{upper} inner rim"
+    yield f"left eye, upper lid, outer{upper} outer rim"
+    yield f"left eye, {corners[0]}"
+    yield f"left eye, lower lid, outer{lower} outer rim"
+    yield f"left eye, lower lid, inner{lower} inner rim"
+
+
+def _mouth() -> Iterator[str]:
+    yield "right corner of the mouth, outer; where the lips' colour ends"
+    yield "upper lip, right third; on the upper border of its colour"
+    yield "upper lip, right peak; beside the middle, on the upper border of its colour"
+    yield "upper lip, middle; in the dip, on the upper border of its colour"
+    yield "upper lip, left peak; beside the middle, on the upper border of its colour"
+    yield "upper lip, left third; on the upper border of its colour"
+    yield "left corner of the mouth, outer; where the lips' colour ends"
+    yield "lower lip, left third; on the lower border of its colour"
+    yield "lower lip, left of the middle; on the lower border of its colour"
+    yield "lower lip, middle; on the lower border of its colour"
+    yield "lower lip, right of the middle; on the lower border of its colour"
+    yield "lower lip, right third; on the lower border of its colour"
+    yield "right corner of the mouth, inner; where the lips part"
+    yield "upper lip's inner edge, right; where it meets the lower lip"
+    yield "upper lip's inner edge, middle; where it meets the lower lip"
+    yield "upper lip's inner edge, left; where it meets the lower lip"
+    yield "left corner of the mouth, inner; where the lips part"
+    yield "lower lip's inner edge, left; where it meets the upper lip"
+    yield "lower lip's inner edge, middle; where it meets the upper lip"
+    yield "lower lip's inner edge, right; where it meets the upper lip"
+
+
+LANDMARK_NAMES = (*_jaw(), *_brows(), *_nose(), *_eyes(), *_mouth())
+"""Name of each and, behind a semicolon, where it lies."""
+
+KEY_LANDMARKS = (
+    *(36, 45, 30, 8, 39, 42, 48, 54),
+    *(27, 31, 33, 35, 51, 57, 62, 66),
+    *(37, 38, 40, 41, 43, 44, 46, 47),
+    *(50, 52, 60, 64, 56, 58),
+)
+"""Those that a registration lives on; the first four tell how the face lies."""
+
 
 POINTS_MAX = 1_000_000
 """More than a browser turns smoothly."""
@@ -30,26 +109,13 @@ LINES = (
 
 
 def write_landmark_page(path: str | Path, scan: Scan) -> None:
-    """Write a page on which a person sets the landmarks of a scan, and saves them.
+    """Write a page (.html) on which a person sets the landmarks of a scan, and saves them.
 
     It asks for `KEY_LANDMARKS`, shows where each is to be expected once four are set, and gives a
-    .json that `read_landmarks` reads, named as the page.
-
-    Parameters
-    ----------
-    path
-        The .html to write.
-    scan
-        In the unit in which landmarks are wanted: that of its file.
-
-    Raises
-    ------
-    CaptureError
-        For a scan of more than 1,000,000 points, or with numbers that are not finite.
-    OutputError
-        For another suffix than .html, and where the page cannot be written.
-    MachineError
-        Where the page was not built.
+    .json that `read_landmarks` reads, named as the page. The scan is in the unit in which landmarks
+    are wanted: that of its file. Raises CaptureError for a scan of more than 1,000,000 points, or
+    with numbers that are not finite; OutputError for another suffix, and where the page cannot be
+    written; MachineError where the page was not built.
     """
     path = Path(path)
     if path.suffix.lower() != ".html":

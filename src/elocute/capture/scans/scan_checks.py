@@ -1,4 +1,4 @@
-"""Faults of scans, found before hours are spent on them."""
+"""Finds faults of scans before hours are spent on them."""
 
 from __future__ import annotations
 
@@ -63,8 +63,8 @@ def check_scans(
             if progress:
                 progress((place + done / len(chosen)) / len(folders))
         for note, count in notes.items():
-            told = f"{note}: in {count} of {len(chosen)} scans, left out"
-            findings.append(Finding("warning", sequence.name, told))
+            message = f"{note}: in {count} of {len(chosen)} scans, left out"
+            findings.append(Finding("warning", sequence.name, message))
     return findings
 
 
@@ -72,8 +72,8 @@ def _of_sequence(sequence: ScanSequence) -> Iterator[Finding]:
     if sequence.missing:
         first = ", ".join(map(str, sequence.missing[:5]))
         more = " …" if len(sequence.missing) > 5 else ""
-        told = f"{len(sequence.missing)} missing numbers ({first}{more}): will be interpolated"
-        yield Finding("warning", sequence.name, told)
+        message = f"{len(sequence.missing)} missing numbers ({first}{more}): will be interpolated"
+        yield Finding("warning", sequence.name, message)
     if sequence.sound_path is None:
         yield Finding("warning", sequence.name, "no sound: will not be in the corpus")
         return
@@ -89,11 +89,11 @@ def _of_sequence(sequence: ScanSequence) -> Iterator[Finding]:
 
 def _of_scan(sequence: ScanSequence, number: int, notes: Counter[str]) -> Iterator[Finding]:
     try:
-        _, found = checked_scan(sequence.scan(number))
+        _, removed = checked_scan(sequence.scan(number))
     except ElocuteError as error:
         yield Finding("error", sequence.name, str(error), number)
         return
-    notes.update(re.sub(r"^\d+ ", "", note) for note in found)
+    notes.update(re.sub(r"^\d+ ", "", note) for note in removed)
     try:
         sequence.landmarks(number)
     except ElocuteError as error:

@@ -243,16 +243,16 @@ def find_sequences(folder: str | Path) -> list[Path]:
         raise CaptureError.about(folder, found="no such folder", allowed="a folder of scans")
     if (folder / MANIFEST).is_file() or _scan_files(folder):
         return [folder]
-    found = sorted(
+    folders = sorted(
         inner
         for inner in folder.iterdir()
         if inner.is_dir() and ((inner / MANIFEST).is_file() or _scan_files(inner))
     )
-    if not found:
+    if not folders:
         raise CaptureError.about(
             folder, found="no scans", allowed=f"numbered {' or '.join(SUFFIXES)} files"
         )
-    return found
+    return folders
 
 
 def write_metadata(folder: Path, metadata: SequenceMetadata) -> None:
@@ -308,7 +308,7 @@ def _scan_files(folder: Path) -> list[Path]:
 
 def _numbered(folder: Path) -> dict[int, Path]:
     """Number to file, by number. Raises CaptureError for none and for two of one number."""
-    found: dict[int, Path] = {}
+    numbered: dict[int, Path] = {}
     for path in _scan_files(folder):
         digits = re.findall(r"\d+", path.stem)
         if not digits or len(digits[-1]) > 9:
@@ -316,17 +316,17 @@ def _numbered(folder: Path) -> dict[int, Path]:
                 path, found="no number in the name", allowed="frame numbers: 00000.ply, 00001.ply"
             )
         number = int(digits[-1])
-        if number in found:
-            raise CaptureError.about(path, found=f"number {number}, as {found[number].name}")
-        found[number] = path
-    if not found:
+        if number in numbered:
+            raise CaptureError.about(path, found=f"number {number}, as {numbered[number].name}")
+        numbered[number] = path
+    if not numbered:
         raise CaptureError.about(
             folder, found="no scans", allowed=f"numbered {' or '.join(SUFFIXES)} files"
         )
-    if max(found) - min(found) >= NUMBER_MAX:
+    if max(numbered) - min(numbered) >= NUMBER_MAX:
         raise CaptureError.about(
             folder,
-            found=f"numbers from {min(found)} to {max(found)}",
+            found=f"numbers from {min(numbered)} to {max(numbered)}",
             allowed=f"a range below {NUMBER_MAX}",
         )
-    return dict(sorted(found.items()))
+    return dict(sorted(numbered.items()))

@@ -1,4 +1,4 @@
-"""A range scanner in software: cameras around a surface, what each sees, as one raw mesh."""
+"""A range scanner in software: cameras around a rounded surface, and what each sees of it."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array
+from elocute.head.normals import vertex_normals
 from elocute.one_line_repr import one_line
 
+ROUNDNESS = 0.75  # of the surface between vertices; Boubekeur and Alexa's own choice
 # yaw, pitch in degrees of orthographic cameras: none from behind, as in a capture booth.
 CAMERAS = (
     (0.0, 0.0),
@@ -29,19 +31,67 @@ AWAY_M = 1.0
 
 
 @dataclass(frozen=True, eq=False)
+class Subdivision:
+    """Triangles cut into parts², the same for every shape of a mesh.
+
+    parent: (fine point,) the triangle it lies on. bary: (fine point, 3) barycentric coordinates in
+    it. triangles: (fine triangle, 3) into fine points.
+    """
+
+    parent: NDArray[np.intp]
+    bary: Float64Array
+    triangles: NDArray[np.int32]
+
+    __repr__ = one_line
+
+
+def subdivide_triangles(triangles: NDArray[np.integer], parts: int) -> Subdivision:
+    """Cut every triangle into parts² similar ones; points on shared edges are kept twice."""
+    places = [(i, j) for i in range(parts + 1) for j in range(parts + 1 - i)]
+    index = {place: number for number, place in enumerate(places)}
+    small = []
+    for i, j in places:
+        if i + j < parts:
+            small.append((index[i, j], index[i + 1, j], index[i, j + 1]))
+        if i + j < parts - 1:
+            small.append((index[i + 1, j], index[i + 1, j + 1], index[i, j + 1]))
+    uv = np.array(places) / parts
+    bary = np.column_stack([1 - uv.sum(axis=1), uv])
+    count = len(triangles)
+    fine = np.array(small)[None] + len(places) * np.arange(count)[:, None, None]
+    return Subdivision(
+        np.repeat(np.arange(count), len(places)),
+        np.tile(bary, (count, 1)),
+        fine.reshape(-1, 3).astype(np.int32),
+    )
+
+
+def phong_tessellation(
+    vertices: NDArray[np.floating], triangles: NDArray[np.integer], where: Subdivision
+) -> Float64Array:
+    """(fine point, 3) m on the rounded surface through vertices (vertex, 3) m.
+
+    A point of the flat triangle is drawn towards its projections onto the tangent planes at the
+    three corners; corners stay where they are (Phong tessellation, Boubekeur and Alexa 2008).
+    """
+    vertices = vertices.astype(np.float64)
+    normals = vertex_normals(vertices, triangles).astype(np.float64)
+    corners = triangles[where.parent]
+    flat = np.einsum("pc,pca->pa", where.bary, vertices[corners])
+    rounded = np.zeros_like(flat)
+    for corner in range(3):
+        vertex = corners[:, corner]
+        above = np.einsum("pa,pa->p", flat - vertices[vertex], normals[vertex])
+        rounded += where.bary[:, corner, None] * (flat - above[:, None] * normals[vertex])
+    return (1 - ROUNDNESS) * flat + ROUNDNESS * rounded
+
+
+@dataclass(frozen=True, eq=False)
 class RangeImage:
     """What one camera sees of a surface.
 
-    Attributes
-    ----------
-    triangle
-        (point,) fine triangle that a pixel shows.
-    bary
-        (point, 3) barycentric coordinates in it.
-    ray
-        (point, 3) unit direction from the camera.
-    cell
-        (point, 2) pixel.
+    triangle: (point,) fine triangle that a pixel shows. bary: (point, 3) barycentric coordinates in
+    it. ray: (point, 3) unit direction from the camera. cell: (point, 2) pixel.
     """
 
     triangle: NDArray[np.intp]
@@ -55,16 +105,9 @@ class RangeImage:
 def render_range_images(
     points: Float64Array, triangles: NDArray[np.int32], spacing_m: float, jitter: Float64Array
 ) -> list[RangeImage]:
-    """The parts of a surface that each camera faces best.
+    """The parts of a surface, points (point, 3) m and triangles, that each camera faces best.
 
-    Parameters
-    ----------
-    points, triangles
-        (point, 3) m and (triangle, 3), the surface.
-    spacing_m
-        Width of a pixel.
-    jitter
-        (2,) shift of the pixel grids, in pixels.
+    spacing_m: width of a pixel. jitter: (2,) shift of the pixel grids, in pixels.
     """
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
@@ -114,11 +157,11 @@ def _depth_camera(
     origins += np.outer(np.full(len(at), float(points.mean(axis=0) @ ray)), ray)
     rays = np.ascontiguousarray(np.broadcast_to(ray, origins.shape), np.float32)
     hit = scene.run(origins.astype(np.float32), rays, output=True)
-    found = np.flatnonzero(hit["primID"] >= 0)
-    u, v = hit["u"][found].astype(np.float64), hit["v"][found].astype(np.float64)
+    hits = np.flatnonzero(hit["primID"] >= 0)
+    u, v = hit["u"][hits].astype(np.float64), hit["v"][hits].astype(np.float64)
     bary = np.stack([1 - u - v, u, v], axis=1)
     return RangeImage(
-        hit["primID"][found].astype(np.intp), bary, rays[found].astype(np.float64), cells[found]
+        hit["primID"][hits].astype(np.intp), bary, rays[hits].astype(np.float64), cells[hits]
     )
 
 

@@ -2,7 +2,7 @@
 
 What a model-based registration could recover exactly is avoided on purpose: the surface is rounded
 between the template's vertices, the face has bumps that no identity has, and the mouth moves in
-ways that no expression has: by a few bumps that swing, or, of a `RichTake`, by the flesh.
+ways that no expression has: by a few bumps that swing, or, of a `PosedTake`, by its own vertices.
 """
 
 from __future__ import annotations
@@ -11,25 +11,23 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.array_types import Float64Array
+from elocute.array_types import Float32Array, Float64Array
 from elocute.audio.waveform import Waveform
 from elocute.audio.write import write_flac
 from elocute.capture.scans.scan_sequence import SequenceMetadata, write_metadata
 from elocute.capture.settings import Scanner
 from elocute.capture.simulation.range_scanner import (
     RangeImage,
-    render_range_images,
-    triangulate_range_image,
-)
-from elocute.capture.simulation.rich_faces.rich_face import RichTake
-from elocute.capture.simulation.smooth_surface import (
     Subdivision,
     phong_tessellation,
+    render_range_images,
     subdivide_triangles,
+    triangulate_range_image,
 )
 from elocute.errors import CaptureError
 from elocute.files.array_writing import RowWriter, save_npy
@@ -49,16 +47,33 @@ WET_MATERIALS = ("mouth", "teeth", "gums", "tongue")  # wet and dark: stereo see
 UNSCANNED_MATERIALS = ("hair",)
 
 
-@dataclass(frozen=True, eq=False)
-class GroundTruth:
-    """What was scanned.
+class PosedTake(Protocol):
+    """A take of a face that moves as no rig does: vertices in zero pose, and turns of joints.
 
     Attributes
     ----------
-    posed, zero
-        Vertices (vertex, 3) m of the head's topology, posed and in zero pose.
-    translation, turns
-        (3,) m and (joint, 4) unit quaternions wxyz that lead from zero pose to posed.
+    rotations
+        (frame, joint, 4) unit quaternions wxyz.
+    """
+
+    @property
+    def head(self) -> HeadModel: ...
+    @property
+    def rotations(self) -> Float32Array: ...
+    @property
+    def fps(self) -> float: ...
+    @property
+    def frame_count(self) -> int: ...
+    @property
+    def duration_s(self) -> float: ...
+    def vertices(self, start: int = 0, stop: int | None = None) -> Float32Array: ...
+
+
+@dataclass(frozen=True, eq=False)
+class GroundTruth:
+    """What was scanned: vertices (vertex, 3) m of the head's topology, posed and in zero pose.
+
+    translation (3,) m and turns (joint, 4), unit quaternions wxyz, lead from zero pose to posed.
     """
 
     posed: Float64Array
@@ -69,20 +84,10 @@ class GroundTruth:
 
 @dataclass(frozen=True, eq=False)
 class ScannedFrame:
-    """One simulated scan and its truth.
+    """One simulated scan and its truth: where the template's vertices were.
 
-    Attributes
-    ----------
-    points
-        (point, 3) m.
-    triangles
-        (triangle, 3).
-    colors
-        (point, 3) uint8 sRGB, or None.
-    landmarks
-        With the scanner's noise.
-    truth
-        Where the template's vertices were.
+    points: (point, 3) m. triangles: (triangle, 3). colors: (point, 3) uint8 sRGB, or None.
+    landmarks: with the scanner's noise.
     """
 
     points: Float64Array
@@ -96,17 +101,12 @@ class ScannedFrame:
 
 @dataclass(frozen=True, eq=False)
 class ScanSimulator:
-    """A motion in front of a scanner; `frame` scans one frame of it.
+    """A motion of a head that names its regions and landmarks, in front of a scanner.
 
-    Attributes
-    ----------
-    motion
-        Of a head that names its regions and landmarks, or of a face of flesh.
-    scanner
-        How scans are taken.
+    `frame` scans one frame of it.
     """
 
-    motion: Motion | RichTake
+    motion: Motion | PosedTake
     scanner: Scanner
 
     @property
@@ -163,7 +163,7 @@ class ScanSimulator:
         """Where every vertex is at a frame."""
         seconds = frame / self.motion.fps
         zero = self.motion.vertices(frame, frame + 1)[0].astype(np.float64) + self.bumps
-        if not isinstance(self.motion, RichTake):
+        if isinstance(self.motion, Motion):
             phases = np.arange(MOUTH_BUMPS)
             swing = np.sin(2 * np.pi * (1.3 + 0.4 * phases) * seconds + phases)
             zero = zero + np.tensordot(swing, self.mouth_bumps, 1)
@@ -174,7 +174,7 @@ class ScanSimulator:
                 np.radians(self.scanner.turn_deg / 2) * wave[1]
             )
         turns[0] = from_axis_angle(np.radians(self.scanner.turn_deg) * wave[0])
-        if isinstance(self.motion, RichTake):
+        if not isinstance(self.motion, Motion):
             turns = multiply(turns, self.motion.rotations[frame])
         translation = self.scanner.shift_mm / 1000 * wave[2]
         rotations, shifts = joint_transforms(
@@ -243,7 +243,7 @@ class ScanSimulator:
 
 
 def simulate_scans(
-    motion: Motion | RichTake,
+    motion: Motion | PosedTake,
     folder: str | Path,
     *,
     scanner: Scanner | None = None,
@@ -262,8 +262,7 @@ def simulate_scans(
     Parameters
     ----------
     motion
-        Of a head that names its regions and landmarks, or of a face of flesh; the scans have its
-        frame rate.
+        Of a head that names its regions and landmarks; the scans have its frame rate.
     folder
         A new folder.
     scanner

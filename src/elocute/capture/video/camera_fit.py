@@ -27,15 +27,7 @@ CORRELATED_POINTS = 2.0
 
 @dataclass(frozen=True)
 class PinholeCamera:
-    """A camera without distortion.
-
-    Attributes
-    ----------
-    focal
-        Focal length in pixels.
-    centre
-        (x, y) of the optical axis in pixels.
-    """
+    """A camera without distortion: focal length, and (x, y) of the optical axis, in pixels."""
 
     focal: float
     centre: tuple[float, float]
@@ -63,15 +55,7 @@ def camera_for(size: tuple[int, int], focal: float) -> PinholeCamera:
 
 @dataclass(frozen=True, eq=False)
 class HeadPoses:
-    """Where the head stands before the camera, frame by frame.
-
-    Attributes
-    ----------
-    turns
-        (frame, 4) unit quaternions wxyz.
-    places
-        (frame, 3) m.
-    """
+    """Where the head stands before the camera: turns (frame, 4) wxyz and places (frame, 3) m."""
 
     turns: Float64Array
     places: Float64Array
@@ -89,16 +73,11 @@ class HeadPoses:
 def initial_poses(camera: PinholeCamera, model: Float64Array, seen: Float64Array) -> HeadPoses:
     """Poses from the detector's own weak depth: the similarity of Umeyama (1991).
 
-    Parameters
-    ----------
-    model
-        (point, 3) m.
-    seen
-        (frame, point, 3) pixels with depth.
+    model: (point, 3) m. seen: (frame, point, 3) pixels with depth.
     """
-    given = seen * [1, -1, -1]
+    points = seen * [1, -1, -1]
     rest = model - model.mean(axis=0)
-    there = given - given.mean(axis=1, keepdims=True)
+    there = points - points.mean(axis=1, keepdims=True)
     turn, reach = nearest_rotation(np.einsum("fpa,pb->fab", there, rest))
     scale = reach / (rest**2).sum()  # pixels per metre
     depth = camera.focal / scale
@@ -118,20 +97,8 @@ def fit_poses(
 ) -> HeadPoses:
     """Turn and place the head so that its points project onto those seen, all frames at once.
 
-    Gauss-Newton with Huber's weights.
-
-    Parameters
-    ----------
-    model
-        (frame, point, 3) or (point, 3) m.
-    seen
-        (frame, point, 2) pixels.
-    trust
-        (point,) weights.
-    start
-        Poses to start from.
-    steps
-        The most iterations.
+    Gauss-Newton with Huber's weights, in so many steps at most. model: (frame, point, 3) or (point,
+    3) m. seen: (frame, point, 2) pixels. trust: (point,) weights.
     """
     turns, places = start.turns.copy(), start.places.copy()
     for _ in range(steps):
@@ -182,22 +149,10 @@ def point_equations(
 ) -> tuple[Float64Array, Float64Array]:
     """Linear least squares of shape weights: how shapes move points in the picture.
 
-    In units of the detector's error, so that costs of other terms compare.
-
-    Parameters
-    ----------
-    model
-        (frame, point, 3) or (point, 3) m, where points are now.
-    basis
-        (component, point, 3) m.
-    seen
-        (frame, point, 2) pixels.
-    trust
-        (point,) weights.
-
-    Returns
-    -------
-    Weighted Jacobian (frame, 2 · point, component) and residuals (frame, 2 · point).
+    Weighted Jacobian (frame, 2 · point, component) and residuals (frame, 2 · point), in units of
+    the detector's error, so that costs of other terms compare. model: (frame, point, 3) or (point,
+    3) m, where points are now. basis: (component, point, 3) m. seen: (frame, point, 2) pixels.
+    trust: (point,) weights.
     """
     stands = poses.apply(model)
     scale = poses.pixel_mm(camera)[:, None]

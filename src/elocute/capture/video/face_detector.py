@@ -112,11 +112,11 @@ def mediapipe_detector(*, faces: int = 1, still: bool = False) -> Iterator[FaceD
         nonlocal met
         height, width = picture.shape[:2]
         with contextlib.nullcontext() if met else _quiet():  # the first face writes notes too
-            found = mesh.process(np.ascontiguousarray(picture)).multi_face_landmarks or []
-        met = met or bool(found)
-        if not found:
+            meshes = mesh.process(np.ascontiguousarray(picture)).multi_face_landmarks or []
+        met = met or bool(meshes)
+        if not meshes:
             return no_faces()
-        points = [[(p.x, p.y, p.z) for p in face.landmark] for face in found]
+        points = [[(p.x, p.y, p.z) for p in face.landmark] for face in meshes]
         # Depth comes in the unit of x.
         scale = np.array([width, height, width], np.float32)
         return DetectedFaces(np.array(points, np.float32) * scale, np.ones(len(points), np.float32))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -11,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.files.array_reading import read_npz
-from elocute.files.atomic import write_atomically
 from elocute.files.reading import FileKind
-from elocute.head.mediapipe_face_mesh import CHIN, IRIS, LIPS, POINT_COUNT, RIM
+from elocute.head.mediapipe_face_mesh import CHIN, IRIS, LIPS, RIM
 from elocute.one_line_repr import one_line
 
 TABLE_PATH = Path(__file__).parent / "assets" / "face_points.npz"
@@ -24,20 +22,13 @@ HALF_TRUST_MM = 2.0  # a spread at which a point's trust is half
 
 @dataclass(frozen=True, eq=False)
 class FacePoints:
-    """Each point of the face mesh as a place in a triangle of the head.
+    """Each point of the face mesh as a place in a triangle of the head, from
+    recipes/face_points.py.
 
-    Made by recipes/face_points.py.
-
-    Attributes
-    ----------
-    vertices
-        (478, 3) vertex indices.
-    shares
-        (478, 3) barycentric coordinates.
-    spread_mm
-        (478,) uncertainty of a place: the median distance of the detector's sightings, or twice how
-        far sides differ or the place was moved onto a line, if that is more; 1.8 mm in the median,
-        most at the rim of the face.
+    vertices: (478, 3) indices. shares: (478, 3) barycentric coordinates. spread_mm: (478,)
+    uncertainty of a place: the median distance of the detector's sightings, or twice how far sides
+    differ or the place was moved onto a line, if that is more; 1.8 mm in the median, most at the
+    rim of the face.
     """
 
     vertices: NDArray[np.int32]
@@ -59,26 +50,10 @@ def builtin_face_points() -> FacePoints:
     return FacePoints(stored["vertices"], stored["shares"], stored["spread_mm"])
 
 
-def save_face_points(points: FacePoints, path: Path = TABLE_PATH) -> None:
-    """Write the table. Raises OutputError."""
-    assert len(points.vertices) == POINT_COUNT
-    packed = io.BytesIO()
-    np.savez_compressed(
-        packed,
-        vertices=points.vertices.astype(np.int32),
-        shares=points.shares.astype(np.float32),
-        spread_mm=points.spread_mm.astype(np.float32),
-    )
-    with write_atomically(path) as draft:
-        draft.write_bytes(packed.getvalue())
-
-
 def point_trust(table: FacePoints) -> NDArray[np.float64]:
-    """How much each point counts in a fit: little where it slides over the skin.
+    """(478,) how much each point counts in a fit: little where it slides over the skin.
 
-    Returns
-    -------
-    (478,) weights, 1 for a point that lies where it belongs; the chin counts more.
+    1 for a point that lies where it belongs; the chin counts more.
     """
     trust = 1 / (1 + (table.spread_mm.astype(np.float64) / HALF_TRUST_MM) ** 2)
     trust[list(RIM)] *= 0.3

@@ -1,4 +1,4 @@
-"""One face over time: chosen among several, on a constant clock, gaps bridged and flagged."""
+"""Follows one face through a video, on a constant clock; gaps are bridged and flagged."""
 
 from __future__ import annotations
 
@@ -33,16 +33,12 @@ class FaceTrack:
 
     Attributes
     ----------
-    points
-        (frame, 478, 3) pixels, as detectors give them; frame f is at f / fps seconds.
-    seen
-        (frame,) False where no face was found: points are bridged from the frames around.
-    fps
-        Frames per second.
-    size
-        (width, height) of the pictures, pixels.
-    has_sound
-        Whether the file has a sound track.
+    points : (frame, 478, 3)
+        Pixels, as detectors give them; frame f is at f / fps seconds.
+    seen : (frame,)
+        False where no face was found: points are bridged from the frames around.
+    size : (int, int)
+        Width and height of the pictures, pixels.
     notes
         Messages for the user, a line each.
 
@@ -120,26 +116,12 @@ def track_face(
     fps: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> FaceTrack:
-    """Follow one face through a video.
+    """Follow one face through a video file.
 
-    Parameters
-    ----------
-    path
-        A video file.
-    detect
-        Takes a picture, gives the 478 points of each face.
-    face
-        Which face, where there are several: "left" or "right" in the picture, or a number, 1 for
-        the leftmost. None takes the only one; people far behind do not count.
-    fps
-        Frames per second of the track; None for the video's own.
-    progress
-        Called with the share of the pictures that are done, 0 to 1.
-
-    Raises
-    ------
-    CaptureError
-        For a file that is no video, no face, and several faces where none is chosen.
+    face: which, where there are several: "left" or "right" in the picture, or a number, 1 for the
+    leftmost. None takes the only one; people far behind do not count. fps: of the track; None for
+    the video's own. progress: called with the share of the pictures that are done, 0 to 1. Raises
+    CaptureError for a file that is no video, no face, and several faces where none is chosen.
     """
     times: list[float] = []
     trajectories: list[_Trajectory] = []

@@ -1,4 +1,4 @@
-"""Every frame: the pose of the head, and the weights of its shapes.
+"""Fits the pose of the head and the weights of its shapes to every frame.
 
 Weights are a sparse, non-negative least squares with costs that decide between shapes which look
 alike: a ridge per shape, smoothness over time and symmetry of left and right.
@@ -96,14 +96,8 @@ GAZE_SYMMETRY_COST = 60.0  # both look the same way
 class FittedFrames:
     """What a video shows, frame by frame.
 
-    Attributes
-    ----------
-    weights
-        (frame, component) of the head's shapes, 0 to 1.
-    poses
-        The head before the camera.
-    miss
-        (frame, 478) distance of the model's points from those seen, in eye distances.
+    weights: (frame, component) of the head's shapes, 0 to 1. poses: the head before the camera.
+    miss: (frame, 478) distance of the model's points from those seen, in eye distances.
     """
 
     weights: Float64Array
@@ -125,18 +119,8 @@ def fit_frames(
     """Fit poses and weights to all frames of a track.
 
     The detector's constant offsets (`person.bias`) are taken away first, so a face at rest has
-    weights near zero. Lips tracked as closed are closed on the head.
-
-    Parameters
-    ----------
-    person
-        Whose face it is.
-    table
-        Where the points lie on the head.
-    track
-        The tracked points.
-    progress
-        Called with the share of the work that is done, 0 to 1.
+    weights near zero. Lips tracked as closed are closed on the head. table: where the points lie on
+    the head. progress: called with the share of the work that is done, 0 to 1.
     """
     head = person.head
     names = _observed_shapes(head.expression_names)

@@ -47,14 +47,9 @@ def shape_lip_gaps(head: HeadModel) -> Float64Array:
 class LipGaps:
     """What the fitted shapes do to the gap of the inner lips, in mm.
 
-    Attributes
-    ----------
-    columns
-        (column, component) along the lips.
-    middle
-        (component,) mean of the middle third, which `measure_mouth` looks at.
-    share
-        (column,) the gap there relative to the middle's when a mouth opens: 1 in the middle.
+    columns: (column, component) along the lips. middle: (component,) mean of the middle third,
+    which `measure_mouth` looks at. share: (column,) the gap there relative to the middle's when a
+    mouth opens: 1 in the middle.
     """
 
     columns: Float64Array
@@ -125,14 +120,10 @@ def close_lips(
 
 @dataclass(frozen=True, eq=False)
 class LidGaps:
-    """What the fitted shapes do to the gap of the lids, sides as in SIDES.
+    """What the fitted shapes do to the gap of the lids, mm, sides as in SIDES.
 
-    Attributes
-    ----------
-    rest_mm
-        (side,) gap of the head's lids at rest, mm.
-    parting
-        (side, component) mm by which shapes part them.
+    rest_mm: (side,) gap of the head's lids at rest. parting: (side, component) by which shapes part
+    them.
     """
 
     rest_mm: Float64Array

@@ -1,4 +1,4 @@
-"""Whose face: identity, resting expression and camera, from frames in which the lips rest."""
+"""Fits identity, resting expression and camera to frames in which the lips rest."""
 
 from __future__ import annotations
 
@@ -70,20 +70,11 @@ RESTING = (
 class Person:
     """A face as a video shows it at rest.
 
-    Attributes
-    ----------
-    head
-        The built-in head with this face as its template: identity, resting expression and what
-        these two cannot represent.
-    identity
-        (77,) standard deviations.
-    rest
-        (component,) weights that the template contains.
-    camera
-        The camera that took the video.
-    bias
-        (478, 3) m in the head's frame: offset at which the detector sees each point from where the
-        model has it, median over the frames at rest.
+    head: the built-in head with this face as its template: identity, resting expression and what
+    these two cannot represent. identity: (77,) standard deviations. rest: (component,) weights that
+    the template contains. camera: the one that took the video. bias: (478, 3) m in the head's
+    frame, offset at which the detector sees each point from where the model has it, median over the
+    frames at rest.
     """
 
     head: HeadModel
@@ -102,16 +93,7 @@ def fit_person(head: HeadModel, table: FacePoints, track: FaceTrack) -> Person:
     with closed lips (those with the smallest gap where none are closed), alternating with the
     poses. One face in front of one camera says little about the focal length, so a few are tried
     against a prior. The template follows the remaining offsets as far as they are smooth over the
-    face; what is left is returned as `bias`.
-
-    Parameters
-    ----------
-    head
-        The built-in head.
-    table
-        Where the points lie on it.
-    track
-        The tracked points.
+    face; what is left is returned as `bias`. table: where the points lie on the built-in head.
     """
     frames = resting_frames(track)
     seen = track.points[frames]
@@ -170,19 +152,19 @@ def _fit(
     seal = np.zeros((len(head.inner_lip_upper), len(prior)))
     seal[:, identities:] = SEAL * shape_lip_gaps(head)[columns].T
     poses = initial_poses(camera, mean[:IRIS], seen[:, :IRIS])
-    found, cost = np.zeros(len(prior)), np.inf
+    coefficients, cost = np.zeros(len(prior)), np.inf
     for _ in range(ROUNDS):
-        model = mean + np.tensordot(found, basis, 1)
+        model = mean + np.tensordot(coefficients, basis, 1)
         poses = fit_poses(camera, model, seen[..., :2], trust, poses)
         slopes, left = point_equations(camera, poses, model, basis, seen[..., :2], trust)
         slopes, left = slopes.reshape(-1, len(prior)), left.ravel()
-        side = slopes.T @ (left + slopes @ found) / len(seen)
+        side = slopes.T @ (left + slopes @ coefficients) / len(seen)
         gram = slopes.T @ slopes / len(seen) + np.diag(prior) + seal.T @ seal
-        found = solve_box(gram, side, low, high)
-        cost = float(left @ left) / len(seen) + float(prior @ found**2)
+        coefficients = solve_box(gram, side, low, high)
+        cost = float(left @ left) / len(seen) + float(prior @ coefficients**2)
     sides = camera.focal / (2 * max(camera.centre))
     cost += (np.log(sides / FOCALS[1]) / FOCAL_SD) ** 2
-    return _Fit(camera, poses, found[:identities], found[identities:], cost)
+    return _Fit(camera, poses, coefficients[:identities], coefficients[identities:], cost)
 
 
 def _columns(head: HeadModel) -> list[int]:
@@ -208,21 +190,12 @@ def _bias(fit: _Fit, model: Float64Array, seen: Float64Array, closed: bool) -> F
 def _refine_template(
     head: HeadModel, table: FacePoints, bias: Float64Array, trust: Float64Array
 ) -> tuple[HeadModel, Float64Array]:
-    """Move the template by a smooth field through the offsets at the points.
+    """Move the template by a smooth field through the offsets at the points; and what is left of
+    them.
 
     The field depends on the place alone, so lips that touch go on touching; eyeballs move as a
     whole, and their joints with them. The rim of the face is left out, as it slides over the skin.
-
-    Parameters
-    ----------
-    bias
-        (478, 3) m in the head's frame.
-    trust
-        (478,) weights.
-
-    Returns
-    -------
-    The head with the moved template, and what is left of the bias.
+    bias: (478, 3) m in the head's frame. trust: (478,) weights.
     """
     places = table.on(head.template)
     used = np.setdiff1d(np.arange(IRIS), RIM)

@@ -25,23 +25,8 @@ VIDEO_FILE = FileKind(ALLOWED, 2**40, CaptureError)
 class Video:
     """An open video; iterate `pictures()` once. Use as a context manager.
 
-    Attributes
-    ----------
-    path
-        The file.
-    has_sound
-        Whether it has a sound track.
-    expected_pictures
-        How many pictures the file says it has, or None.
-    rate
-        Pictures per second as the file says, or None.
-    note
-        Why the pictures ended early, or "".
-
-    Raises
-    ------
-    CaptureError
-        For a file that is missing, empty or no video.
+    expected_pictures and rate (per second) are what the file says, or None; note says why the
+    pictures ended early, or "". Raises CaptureError for a file that is missing, empty or no video.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -90,19 +75,12 @@ class Video:
             self._file.close()
 
     def pictures(self) -> Iterator[tuple[float, NDArray[np.uint8]]]:
-        """Pictures in order, each with its time.
+        """Pictures in order, each with its time in s since the start of the container.
 
-        Yields
-        ------
-        Time in seconds since the start of the container, and (height, width, 3) uint8 sRGB:
-        upright, with square pixels, at most SIDE_MAX on the longer side. Sound read from the same
-        file (`audio.read`) starts at the same zero.
-
-        Raises
-        ------
-        CaptureError
-            Where nothing can be decoded. A file that breaks off later ends there, and `note` says
-            so.
+        (height, width, 3) uint8 sRGB, upright, with square pixels, at most SIDE_MAX on the longer
+        side. Sound read from the same file (`audio.read`) starts at the same zero. Raises
+        CaptureError where nothing can be decoded. A file that breaks off later ends there, and
+        `note` says so.
         """
         import av.error
 
@@ -138,14 +116,14 @@ class Video:
 
 
 def _check_file(path: Path) -> None:
-    found = ""
+    fault = ""
     if path.is_dir():
-        found = "a folder"
+        fault = "a folder"
     elif not path.is_file():
-        found = "no such file"
+        fault = "no such file"
     elif not path.stat().st_size:
-        found = "an empty file"
-    if found:
-        raise CaptureError.about(path, found=found, allowed=ALLOWED)
+        fault = "an empty file"
+    if fault:
+        raise CaptureError.about(path, found=fault, allowed=ALLOWED)
     with open_regular(path, VIDEO_FILE):
         pass

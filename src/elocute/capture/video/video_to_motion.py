@@ -113,8 +113,8 @@ def capture_video(
             progress(TRACKING * share)
 
     if detector is None:
-        with mediapipe_detector(faces=FACES_MAX) as found:
-            track = track_face(path, found, face=face, progress=tracking)
+        with mediapipe_detector(faces=FACES_MAX) as mediapipe:
+            track = track_face(path, mediapipe, face=face, progress=tracking)
     else:
         track = track_face(path, detector, face=face, progress=tracking)
     captured = fit_track(track, lambda share: tracking(1 + share * (1 / TRACKING - 1)))
@@ -126,17 +126,8 @@ def capture_video(
 def fit_track(track: FaceTrack, progress: Progress | None = None) -> VideoCapture:
     """Fit the person, then every frame, to a tracked face.
 
-    Parameters
-    ----------
-    track
-        478 points per frame, pixels.
-    progress
-        Called with the share of the work that is done, 0 to 1.
-
-    Returns
-    -------
-    Motion of the built-in head at the track's frame rate; frames whose points fit no face are
-    bridged.
+    The motion is at the track's frame rate; frames whose points fit no face are bridged. progress:
+    called with the share of the work that is done, 0 to 1.
     """
     table = builtin_face_points()
     person = fit_person(load_builtin_head(), table, track)
@@ -176,17 +167,7 @@ def _bridged(values: Float64Array, flagged: NDArray[np.bool_]) -> Float64Array:
 def resample_motion(motion: Motion, fps: float) -> Motion:
     """A motion at another frame rate: cubic without overshoot, so closed lips stay closed.
 
-    Parameters
-    ----------
-    motion
-        Weights 0 to 1 on the head's shapes.
-    fps
-        Frames per second wanted.
-
-    Raises
-    ------
-    MotionError
-        For a frame rate that is not allowed.
+    Its weights are 0 to 1. Raises MotionError for a frame rate that is not allowed.
     """
     other = motion.at_fps(fps)  # turns, and the number of frames
     weights = monotone_cubic(motion.times_s, motion.weights.astype(np.float64), other.times_s)

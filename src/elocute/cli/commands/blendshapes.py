@@ -44,8 +44,7 @@ def learn_command(
     as_json: bool = options.Json,
 ) -> None:
     """Learn speech blendshapes: principal components of meshes minus their neutral faces."""
-    from elocute.capture.blendshapes.basis_motion import sweep_shapes
-    from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes
+    from elocute.capture.blendshapes.blendshape_learning import learn_blendshapes, sweep_shapes
     from elocute.corpus.corpus_store import open_corpus
     from elocute.export.registry import check_suffix, write
 
@@ -86,8 +85,8 @@ def show_command(
     no_clobber: bool = options.NoClobber,
 ) -> None:
     """Draw every shape of a basis at plus and minus two standard deviations."""
-    from elocute.capture.blendshapes.basis_motion import extreme_shapes
-    from elocute.export.contact_sheet import contact_sheet
+    from elocute.capture.blendshapes.blendshape_learning import extreme_shapes
+    from elocute.export.pictures import contact_sheet
     from elocute.files.atomic import write_atomically
     from elocute.motion.store import load_motion
     from elocute.render import open_renderer, portrait
@@ -191,7 +190,7 @@ def _plot(found: list[ReconstructionErrors], fps: float, path: Path) -> None:
     import numpy as np
 
     from elocute.motion.curves import Curves
-    from elocute.plots.overlay import plot_overlay
+    from elocute.plots.curves import plot_overlay
 
     values = np.stack([p.errors_mm for p in found], axis=1).astype(np.float32)
     curves = Curves(values, tuple(p.name for p in found), fps)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from elocute.capture.settings import BatchSettings, FaceRichness, Scanner
+from elocute.capture.settings import BatchSettings, Scanner
 from elocute.cli import options
 from elocute.cli.command_group import CommandGroup
 from elocute.cli.commands import capture_landmarks, capture_video
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from elocute.registration.register import Registration
     from elocute.registration.scan import Scan
 
-FACES = ("rich", "rig")
 app = CommandGroup("Capture motion in one topology, from scans or video.")
 
 HeadChoice, Fps, Unit = (option(BatchSettings, name) for name in ("head", "fps", "unit"))
@@ -44,7 +43,7 @@ def scan_command(
     landmarks: Path | None = typer.Option(
         None,
         help="The scan's 68 landmarks (.json, .ljson or .pts), in its unit. Without them they are "
-        "detected, if the extra `video` is installed, or else the surface alone tells.",
+        "detected, if the extra `video` is installed; otherwise only the surface is used.",
     ),
     template: Path | None = typer.Option(
         None,
@@ -225,13 +224,7 @@ def simulate_command(
     seconds: float | None = typer.Option(
         None, min=0.05, help="Scan only this many seconds from the start."
     ),
-    face: str = typer.Option(
-        "rich",
-        help="Face that is scanned: rich, with flesh and habits of its own, or rig, with the "
-        "head's shapes alone.",
-    ),
     scanner: Scanner = options_of(Scanner),
-    richness: FaceRichness = options_of(FaceRichness),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
@@ -241,29 +234,16 @@ def simulate_command(
     from elocute.animation import animate
     from elocute.audio.read import read_audio
     from elocute.capture.scans.scan_sequence import SequenceMetadata
-    from elocute.capture.simulation.rich_faces.rich_face import take_from_sound
     from elocute.capture.simulation.scan_simulator import simulate_scans
     from elocute.motion.edits import cut
 
-    if face not in FACES:
-        raise InputError.about("--face", found=repr(face[:60]), allowed=", ".join(FACES))
     plan = OutputPlan()
     plan.add(output, speech)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
-    if face == "rich":
-        motion = take_from_sound(
-            read_audio(speech),
-            fps=fps,
-            seconds=seconds,
-            identity=identity,
-            richness=richness,
-            seed=scanner.seed,
-        )
-    else:
-        motion = animate(speech, model="articulation", fps=fps, identity=identity, life=0).motion
-        if seconds is not None:
-            motion = cut(motion, 0.0, min(seconds, motion.duration_s))
+    motion = animate(speech, model="articulation", fps=fps, identity=identity, life=0).motion
+    if seconds is not None:
+        motion = cut(motion, 0.0, min(seconds, motion.duration_s))
     metadata = SequenceMetadata(subject=f"sim{scanner.seed}", sentence="speech")
     with plan.writing(output), progress_bar(f"scanning {output.name}", as_json) as progress:
         simulate_scans(

@@ -143,7 +143,7 @@ def _of_folder(
 
 def _written(scan: Scan, unit: str, path: Path, detector: LandmarkDetector) -> str:
     """Why there are no landmarks, or "". They are written in the scan's unit."""
-    from elocute.capture.found_landmarks import find_landmarks
+    from elocute.capture.scans.landmark_detection import find_landmarks
     from elocute.head.builtin import load_builtin_head
     from elocute.registration.landmarks import Landmarks, write_landmarks
     from elocute.registration.scan_file import unit_m

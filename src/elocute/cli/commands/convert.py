@@ -79,7 +79,8 @@ def convert_command(
 def _to_curves(motion: Motion, to: str, output: Path) -> tuple[int, float, float]:
     import numpy as np
 
-    from elocute.export.converted_curves import convert_curves, write_curves
+    from elocute.export.curves_json import write_curves
+    from elocute.export.shape_profiles import convert_curves
 
     conversion = convert_curves(motion, to)
     write_curves(conversion.curves, output)

@@ -62,8 +62,8 @@ def alignment_command(
 
     with needs_extra("alignment", "wild"):
         from elocute.alignment.sound_views import check_view_name
-        from elocute.evaluation.alignment_ablation import ablation_variants
         from elocute.evaluation.alignment_scores import (
+            ablation_variants,
             compare_methods,
             method_variant,
             score_folder,

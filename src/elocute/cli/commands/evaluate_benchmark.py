@@ -53,7 +53,10 @@ def benchmark_command(
         help="Files to score: all, own (conditioned on the clip's own subject), or a subject.",
     ),
     every: int = typer.Option(
-        0, min=0, max=100, help="Compare every so manyth frame of the truth; 0 goes by lengths."
+        0,
+        min=0,
+        max=100,
+        help="Compare every Nth frame of the truth; 0 derives N from the lengths.",
     ),
     partial: bool = typer.Option(False, help="Score the test clips that are there."),
     seed: int = typer.Option(0, min=0, help="Seed of the confidence intervals."),

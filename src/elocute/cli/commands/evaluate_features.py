@@ -143,7 +143,7 @@ def _plot(corpus: Corpus, clip: str, models: dict[str, Path], path: Path, contac
     from elocute.models.registry import open_model
     from elocute.models.style_mixes import EVEN
     from elocute.motion.curves import Curves
-    from elocute.plots.overlay import plot_overlay
+    from elocute.plots.curves import plot_overlay
 
     tracks = {"recorded": recorded_motion(corpus, clip)}
     for name, model in models.items():

@@ -61,7 +61,7 @@ def styles_command(
     mixes = () if between or len(names) == 1 else sample_mixes(names, MIXES)
     reached = style_openings((*names, *mixes), moved) if mixes else curves
     if plot is not None and plan.wants(plot):
-        from elocute.plots.overlay import plot_overlay
+        from elocute.plots.curves import plot_overlay
 
         title = "distance between the lips; shaded: what mixes of the styles reach"
         with plan.writing(plot):

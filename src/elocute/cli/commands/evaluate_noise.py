@@ -74,7 +74,7 @@ def noise_command(
                 sounds, kinds, _opening(name, style, way), Path(name).name, way, share
             )
     if plot is not None and plan.wants(plot):
-        from elocute.plots.overlay import plot_panels
+        from elocute.plots.curves import plot_panels
 
         with plan.writing(plot):
             plot_panels([(s.title, s.first) for s in studies], plot, unit="mm", shade=False)

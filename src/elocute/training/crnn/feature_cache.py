@@ -112,30 +112,11 @@ def cache_features(
     progress: Progress | None = None,
     encoder: str = MEL,
 ) -> FeatureCache:
-    """Features of all clips, computed once and kept in `folder`.
+    """Features of all clips, computed once and kept in a folder of `folder` named by their sources.
 
-    Parameters
-    ----------
-    shards
-        Clips with sounds and parameters.
-    folder
-        Where the features are kept, in a folder named by what they depend on.
-    fps
-        Frames per second of the model.
-    progress
-        Called with the share of the clips that is done.
-    encoder
-        What is kept of the sound: `mel-deltas` or `trunk`.
-
-    Returns
-    -------
-    FeatureCache
-        A clip whose sound is missing or broken is left out and named in `missing`.
-
-    Raises
-    ------
-    CorpusError
-        Where no clip is left, or kept features cannot be read.
+    fps: of the model. progress: called with the share of the clips that is done. encoder:
+    `mel-deltas` or `trunk`. A clip whose sound is missing or broken is left out and named in
+    `missing`; CorpusError where no clip is left, or kept features cannot be read.
     """
     key = hashlib.sha256(
         json.dumps(
@@ -250,34 +231,12 @@ def clip_features(
     change: Callable[[Waveform], Waveform] | None = None,
     encoder: str = MEL,
 ) -> tuple[Float32Array, int, Float32Array]:
-    """Features and targets of a clip.
+    """Columns (column, feature) of a clip and the sound around it, its first frame in them,
+    targets.
 
-    Parameters
-    ----------
-    shards : Shards
-        Where the clip is from.
-    clip : WordClip
-        The clip.
-    fps : float
-        Frames per second of the targets.
-    change : callable, optional
-        What is done to the sound first: adding noise, for example.
-    encoder : str
-        As for `cache_features`.
-
-    Returns
-    -------
-    columns : (column, feature) float32
-        Columns of the clip and of the sound around it.
-    first : int
-        The frame of these columns at which the clip starts.
-    parameters : (frame, parameter) float32
-        At `fps`.
-
-    Raises
-    ------
-    CorpusError
-        For a clip without sound for its frames.
+    The first counts frames of the columns; targets are parameters (frame, parameter) at `fps`.
+    change: what is done to the sound first, adding noise for example. encoder: as for
+    `cache_features`. Raises CorpusError for a clip without sound for its frames.
     """
     targets = at_rate(clip.parameters, clip.fps, fps)
     first = math.ceil(AROUND_S * fps)

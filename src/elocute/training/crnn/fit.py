@@ -32,8 +32,7 @@ from elocute.training.crnn.training_data import (
     split_into_batches,
 )
 from elocute.training.device import resolve_device
-from elocute.training.epochs import Row, checkpoint_to_resume, run_epochs
-from elocute.training.training_log import Report, check_loss
+from elocute.training.epochs import Report, Row, check_loss, checkpoint_to_resume, run_epochs
 
 LOG_FIELDS = (
     "epoch",
@@ -64,40 +63,14 @@ def fit(
     report: Report | None = None,
     device: str = "auto",
 ) -> TrainedCrnn:
-    """Train the recurrent model.
+    """Train the recurrent model (Tzirakis et al. 2019, sections 5 and 6).
 
     Whatever is random is drawn from seed, epoch and batch, so a resumed training goes on bit for
-    bit on one CPU.
-
-    Parameters
-    ----------
-    data
-        What `select_training_data` returned.
-    config
-        Settings; `epochs` says for how long.
-    folder
-        Where to leave checkpoint.safetensors, log.csv and TensorBoard's events.
-    resume
-        Resume from the checkpoint in `folder`.
-    report
-        Called after every epoch.
-    device
-        As for `resolve_device`; a training may be resumed on another one.
-
-    Returns
-    -------
-    TrainedCrnn
-        The network of the best epoch, on the CPU.
-
-    Raises
-    ------
-    ModelError
-        Where the checkpoint belongs to other settings or clips, the loss is no longer finite, or
-        the device is missing.
-
-    References
-    ----------
-    Tzirakis et al. 2019, sections 5 and 6.
+    bit on one CPU. data: what `select_training_data` returned. folder: where to leave
+    checkpoint.safetensors, log.csv and TensorBoard's events. report: called after every epoch.
+    device: as for `resolve_device`; a training may be resumed on another one. Gives the network of
+    the best epoch, on the CPU. Raises ModelError where the checkpoint belongs to other settings or
+    clips, the loss is no longer finite, or the device is missing.
     """
     network = new_network(data, config).to(resolve_device(device))
     optimiser = torch.optim.Adam(network.parameters(), config.learning_rate, BETAS)
@@ -209,9 +182,13 @@ def validate(network: Crnn, data: CrnnTrainingData, config: CrnnTrainConfig) -> 
         return dict.fromkeys(names, math.nan)
     predicted, true = predict_clips(network, data.cache, data.validation)
     x, y = (torch.from_numpy(np.concatenate(part))[None] for part in (true, predicted))
-    found = concordance(y, x, torch.ones(x.shape[:2]))
+    concordances = concordance(y, x, torch.ones(x.shape[:2]))
     weights = tempered_weights(data.shares, config.weight_power)
-    values = (found.mean(), (found * data.shares).sum(), ((1 - found) * weights).sum())
+    values = (
+        concordances.mean(),
+        (concordances * data.shares).sum(),
+        ((1 - concordances) * weights).sum(),
+    )
     return dict(zip(names, map(float, values), strict=True))
 
 

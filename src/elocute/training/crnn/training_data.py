@@ -40,41 +40,20 @@ def select_training_data(
     train: Sequence[CachedClip],
     validation: Sequence[CachedClip],
 ) -> CrnnTrainingData:
-    """Training data of some clips of a cache.
+    """Training data of some clips of a cache; there may be none to validate on.
 
-    Parameters
-    ----------
-    cache
-        Features of all clips.
-    basis
-        (component, vertex, 3) m: what each parameter moves gives its weight in the loss.
-    train, validation
-        The clips to train and to validate on; validation may be empty.
-
-    Raises
-    ------
-    CorpusError
-        Without a clip to train on.
+    basis: (component, vertex, 3) m, whose shapes weigh in the loss by what they move. Raises
+    CorpusError without a clip to train on.
     """
     shares = explained_shares(torch.from_numpy(np.array(basis, np.float32)))
     return CrnnTrainingData(cache, train, validation, shares)
 
 
 def training_clips(cache: FeatureCache, config: CrnnTrainConfig) -> list[CachedClip]:
-    """The clips of the training part that a training learns from.
+    """The clips of the training part that a training learns from; CorpusError for none.
 
-    Parameters
-    ----------
-    cache
-        Features of all clips.
-    config
-        `captured` says whether clips of captured speakers are among them; the paper learns from
-        propagated parameters alone.
-
-    Raises
-    ------
-    CorpusError
-        Where no clip is left.
+    With `captured` clips of captured speakers are among them; the paper learns from propagated
+    parameters alone.
     """
     rows = [row for row in cache.select("train") if config.captured or row.carried]
     if not rows:

@@ -1,4 +1,7 @@
-"""The training loop of the network of Karras et al. 2017."""
+"""The training loop of the network of Karras et al. 2017, and its loss.
+
+The loss has three terms (section 4.3), balanced by running averages (section 4.4).
+"""
 
 from __future__ import annotations
 
@@ -14,10 +17,10 @@ from elocute.audio.autocorrelation import COEFFICIENTS, WINDOW_ROWS
 from elocute.networks.karras import Karras, KarrasConfig, Noise, SharedKarras
 from elocute.one_line_repr import one_line
 from elocute.training.checkpoint import network_tensors, restore_training
-from elocute.training.decoder import principal_components
+from elocute.training.corpus_data import MotionSpace
+from elocute.training.decoder import start_decoder
 from elocute.training.device import resolve_device
-from elocute.training.epochs import Row, checkpoint_to_resume, run_epochs
-from elocute.training.karras.loss import TERMS, Balance, loss_terms
+from elocute.training.epochs import Report, Row, check_loss, checkpoint_to_resume, run_epochs
 from elocute.training.karras.settings import KarrasTrainConfig
 from elocute.training.karras.training_data import (
     KarrasFrames,
@@ -27,8 +30,49 @@ from elocute.training.karras.training_data import (
     draw_runs,
     read_between,
 )
-from elocute.training.target_space import MotionSpace
-from elocute.training.training_log import Report, check_loss
+
+DECAY = 0.99  # of the running averages
+TINY = 1e-8
+TERMS = ("position", "motion", "emotion")
+
+
+def loss_terms(predicted: Tensor, target: Tensor, emotions: Tensor, vertices: int) -> Tensor:
+    """(3,): position mm², motion mm² and emotion.
+
+    predicted, target: (run, frame, output) mm; emotions: (run, frame, emotion). With two frames in
+    a run these are the paper's terms: the position is the mean squared difference of coordinates,
+    the motion twice that of their steps from frame to frame, the emotion twice the mean squared
+    step of the emotional state, divided by its mean square in the batch, which makes it
+    independent of the scale of the state.
+    """
+    coordinates = 3 * vertices
+    error = predicted - target
+    position = error.square().sum(dim=-1).mean() / coordinates
+    motion = 2 * error.diff(dim=1).square().sum(dim=-1).mean() / coordinates
+    steps = 2 * emotions.diff(dim=1).square().mean()
+    return torch.stack([position, motion, steps / (emotions.square().mean() + TINY)])
+
+
+class Balance(nn.Module):
+    """Divides each term by the root of a running average of its square.
+
+    As Adam normalises gradients: averages start from zero, and their bias is taken out. All terms
+    then weigh alike, whatever their units.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.register_buffer("squares", torch.zeros(len(TERMS), dtype=torch.float64))
+        self.register_buffer("steps", torch.zeros((), dtype=torch.float64))
+
+    def forward(self, terms: Tensor) -> Tensor:
+        """One number to minimise."""
+        with torch.no_grad():
+            self.steps += 1
+            self.squares.lerp_(terms.double().square(), 1 - DECAY)  # pyright: ignore
+            level = (self.squares / (1 - DECAY**self.steps)).sqrt()  # pyright: ignore
+        return (terms / (level.to(terms) + TINY)).sum()
+
 
 LOG_FIELDS = (
     "epoch",
@@ -80,40 +124,12 @@ def fit(
     report: Report | None = None,
     device: str = "auto",
 ) -> TrainedKarras:
-    """Train the network and the emotion vectors together.
+    """Train the network and the emotion vectors together (Karras et al. 2017, sections 4.3 and
+    4.4).
 
     Whatever is random is drawn from seed and epoch, so a resumed training goes on bit for bit on
-    one CPU.
-
-    Parameters
-    ----------
-    data
-        What `prepare` returned.
-    config
-        Settings; `epochs` says for how long.
-    folder
-        Where to leave checkpoint.safetensors, log.csv and TensorBoard's events, if anywhere.
-    resume
-        Resume from the checkpoint in `folder`.
-    report
-        Called after every epoch.
-    device
-        As for `resolve_device`; a training may be resumed on another one.
-
-    Returns
-    -------
-    TrainedKarras
-        The network after the last epoch, on the CPU.
-
-    Raises
-    ------
-    ModelError
-        Where the checkpoint belongs to other settings, the loss is no longer finite, or the
-        device is missing.
-
-    References
-    ----------
-    Karras et al. 2017, sections 4.3 and 4.4.
+    one CPU. data: what `prepare` returned. Arguments, result and errors are otherwise those of
+    `voca.fit`.
     """
     place = resolve_device(device)
     learned = _new(data, config).to(place)
@@ -159,7 +175,7 @@ def _new(data: KarrasTrainingData, config: KarrasTrainConfig) -> _Learned:
     targets = data.train.targets
     count = min(config.components, targets.shape[1])
     network = Karras(KarrasConfig(targets.shape[1], config.emotion, count))
-    network.start_decoder(principal_components(targets, count))
+    start_decoder(network.decoder, targets)
     last = data.train.clips[-1]
     return _Learned(network, last.vector + last.vectors)
 

@@ -1,4 +1,4 @@
-"""Settings of a training, and presets of them."""
+"""Settings of a training of the network of Karras et al. 2017, and presets of them."""
 
 from __future__ import annotations
 

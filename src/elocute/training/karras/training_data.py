@@ -31,6 +31,7 @@ from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.corpus.corpus_store import Corpus
 from elocute.training.corpus_data import (
     CorpusData,
+    MotionSpace,
     Progress,
     check_finite,
     clip_sound,
@@ -38,9 +39,8 @@ from elocute.training.corpus_data import (
     clip_targets,
     load_parts,
 )
+from elocute.training.epochs import Report
 from elocute.training.karras.settings import KarrasTrainConfig
-from elocute.training.target_space import MotionSpace
-from elocute.training.training_log import Report
 
 FRAME_OUTPUTS = 4  # outputs from frame to frame
 BEFORE = WINDOW_ROWS // 2 - 1  # rows of a window up to the one before its middle, itself left out
@@ -68,16 +68,10 @@ class ClipPlace:
 class Runs:
     """Runs of neighbouring frames of some clips.
 
-    Parameters
-    ----------
-    rows : (run,)
-        The first row of the first window.
-    windows : (run, frame)
-        The first row of each window, from the run's own first.
-    places : (run, frame)
-        Where the targets lie among all frames, with fractions.
-    vectors : (run, frame)
-        Where the emotional states lie among all vectors, with fractions.
+    rows: (run,), the first row of the first window. windows: (run, frame), the first row of each
+    window, from the run's own first. places: (run, frame), where the targets lie among all frames,
+    with fractions. vectors: (run, frame), where the emotional states lie among all vectors, with
+    fractions.
     """
 
     rows: Tensor
@@ -180,28 +174,9 @@ def prepare(
 ) -> KarrasTrainingData:
     """Hold everything that a training reads in memory.
 
-    Parameters
-    ----------
-    corpus
-        Clips with sound and motion.
-    config
-        Settings of the training.
-    split
-        Name of the split; its subjects in `train` become styles.
-    report
-        Called with progress.
-
-    Returns
-    -------
-    KarrasTrainingData
-
-    Raises
-    ------
-    CorpusError
-        For a split that the corpus lacks, a clip whose sound does not fit its motion, or motion
-        that is not finite.
+    split: its subjects in `train` become styles. Raises CorpusError for a split that the corpus
+    lacks, a clip whose sound does not fit its motion, or motion that is not finite.
     """
-
     return load_parts(
         corpus,
         split,

@@ -1,4 +1,4 @@
-"""The training loop of VOCA."""
+"""The training loop and the loss of VOCA (Cudeiro et al. 2019, section 5)."""
 
 from __future__ import annotations
 
@@ -15,12 +15,10 @@ from torch import Tensor
 from elocute.networks.voca import Voca, VocaConfig
 from elocute.one_line_repr import one_line
 from elocute.training.checkpoint import network_tensors, restore_training
-from elocute.training.decoder import principal_components
+from elocute.training.corpus_data import MotionSpace
+from elocute.training.decoder import principal_components, start_decoder
 from elocute.training.device import resolve_device
-from elocute.training.epochs import Row, checkpoint_to_resume, run_epochs
-from elocute.training.target_space import MotionSpace
-from elocute.training.training_log import Report, check_loss
-from elocute.training.voca.loss import pair_loss
+from elocute.training.epochs import Report, Row, check_loss, checkpoint_to_resume, run_epochs
 from elocute.training.voca.settings import VocaTrainConfig
 from elocute.training.voca.training_data import TrainingFrames, VocaTrainingData
 
@@ -59,37 +57,13 @@ def fit(
     report: Report | None = None,
     device: str = "auto",
 ) -> TrainedVoca:
-    """Train VOCA.
+    """Train VOCA on what `prepare` returned (Cudeiro et al. 2019, section 5).
 
-    Parameters
-    ----------
-    data
-        What `prepare` returned.
-    config
-        Settings; `epochs` says for how long.
-    folder
-        Where to leave checkpoint.safetensors, log.csv and TensorBoard's events, if anywhere.
-    resume
-        Resume from the checkpoint in `folder`, bit for bit on one CPU.
-    report
-        Called after every epoch.
-    device
-        As for `resolve_device`; a training may be resumed on another one.
-
-    Returns
-    -------
-    TrainedVoca
-        The network after the last epoch, on the CPU.
-
-    Raises
-    ------
-    ModelError
-        Where the checkpoint belongs to other settings, the loss is no longer finite, or the
-        device is missing.
-
-    References
-    ----------
-    Cudeiro et al. 2019, section 5.
+    folder: where to leave checkpoint.safetensors, log.csv and TensorBoard's events, if anywhere.
+    resume: from the checkpoint there, bit for bit on one CPU. report: called after every epoch.
+    device: as for `resolve_device`; a training may be resumed on another one. Gives the network
+    after the last epoch, on the CPU. Raises ModelError where the checkpoint belongs to other
+    settings, the loss is no longer finite, or the device is missing.
     """
     fabric = _fabric(device)
     fabric.launch()
@@ -162,7 +136,7 @@ def new_network(data: VocaTrainingData, config: VocaTrainConfig) -> Voca:
         network.projection.copy_(components / components.norm(dim=0) ** 2)
     if config.initialisers == "released":
         network.start_as_released()
-    network.start_decoder(principal_components(targets, count))
+    start_decoder(network.decoder, targets)
     return network
 
 
@@ -255,3 +229,14 @@ def checkpoint_record(data: VocaTrainingData, config: VocaTrainConfig) -> dict[s
 
 def _describe(row: Row) -> str:
     return f"train {row['train_mm2']:.4f}, validation {row['validation_mm2']:.4f} mm²"
+
+
+def pair_loss(predicted: Tensor, target: Tensor, config: VocaTrainConfig, vertices: int) -> Tensor:
+    """Position and velocity terms of (2, pair, output): mm² a vertex.
+
+    The first row holds the frames before, the second the frames themselves.
+    """
+    error = predicted - target
+    position = error.square().sum(dim=-1).mean() / vertices
+    velocity = (error[1] - error[0]).square().sum(dim=-1).mean() / vertices
+    return config.position_weight * position + config.velocity_weight * velocity

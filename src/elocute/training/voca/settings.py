@@ -1,4 +1,4 @@
-"""Settings of a training, and presets of them."""
+"""Settings of a training of VOCA, and presets of them."""
 
 from __future__ import annotations
 

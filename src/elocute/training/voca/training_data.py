@@ -16,6 +16,7 @@ from elocute.corpus.corpus_store import Corpus
 from elocute.networks.voca import WINDOW
 from elocute.training.corpus_data import (
     CorpusData,
+    MotionSpace,
     Progress,
     check_finite,
     clip_sound,
@@ -23,8 +24,7 @@ from elocute.training.corpus_data import (
     clip_targets,
     load_parts,
 )
-from elocute.training.target_space import MotionSpace
-from elocute.training.training_log import Report
+from elocute.training.epochs import Report
 from elocute.training.voca.settings import VocaTrainConfig
 
 Encode = Callable[[Waveform], Features]
@@ -34,18 +34,10 @@ Encode = Callable[[Waveform], Features]
 class TrainingFrames:
     """Clips one after another, each padded with the zeros that its windows reach into.
 
-    Parameters
-    ----------
-    features : (place, feature)
-        WINDOW - 1 places more than frames for every clip.
-    targets : (frame, output)
-        What the network is to give.
-    places : (frame,)
-        Where the window of a frame begins in `features`.
-    subjects : (frame,)
-        Number of the speaker's style, -1 for a speaker without one.
-    pairs : (pair,)
-        Frames whose predecessor belongs to the same clip.
+    features: (place, feature), WINDOW - 1 places more than frames for every clip. targets: (frame,
+    output), what the network is to give. places: (frame,), where the window of a frame begins in
+    `features`. subjects: (frame,), number of the speaker's style, -1 for a speaker without one.
+    pairs: (pair,), frames whose predecessor belongs to the same clip.
     """
 
     features: Tensor
@@ -108,30 +100,9 @@ def prepare(
 ) -> VocaTrainingData:
     """Encode a corpus once and hold everything that the training reads in memory.
 
-    Parameters
-    ----------
-    corpus
-        Clips with sound and motion.
-    config
-        Settings of the training.
-    encode
-        The speech encoder: a Waveform to Features.
-    split
-        Name of the split; its subjects in `train` become the styles.
-    report
-        Called with progress.
-
-    Returns
-    -------
-    VocaTrainingData
-
-    Raises
-    ------
-    CorpusError
-        For a split that the corpus lacks, a clip whose sound does not fit its motion, or motion
-        or features that are not finite.
+    split: its subjects in `train` become the styles. Raises CorpusError for a split that the corpus
+    lacks, a clip whose sound does not fit its motion, or motion or features that are not finite.
     """
-
     return load_parts(
         corpus,
         split,

@@ -34,7 +34,7 @@ def _vertex_list(path: Path) -> None:
 
 
 def _frame(path: Path) -> None:
-    from elocute.capture.registered_frames import (
+    from elocute.capture.sequence_tracking import (
         read_frame_record,
         read_pose,
         read_registration,
@@ -78,7 +78,7 @@ READERS: tuple[Reader, ...] = (
         seeds.frames,
         only(_frame),
         {"*.npz": "npz"},
-        ("elocute.capture.registered_frames",),
+        ("elocute.capture.sequence_tracking",),
     ),
     Reader(
         "vertex list",

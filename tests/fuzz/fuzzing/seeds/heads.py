@@ -239,7 +239,7 @@ def vertex_lists(folder: Path) -> None:
 
 def frames(folder: Path) -> None:
     """A registered frame of a capture, and the person's own face beside it."""
-    from elocute.capture.registered_frames import FrameRecord, write_frame
+    from elocute.capture.sequence_tracking import FrameRecord, write_frame
     from elocute.registration.accuracy import SurfaceError
     from elocute.registration.model_fit import ModelParameters
     from elocute.registration.register import Registration

@@ -64,8 +64,8 @@ def trunks(folder: Path) -> None:
     """
     import torch
 
-    from elocute.networks.trunk import CONTEXT, Trunk, TrunkConfig
     from recipes.trunk.export import export, scales
+    from recipes.trunk.network import CONTEXT, Trunk, TrunkConfig
 
     torch.manual_seed(0)
     trunk = Trunk(

@@ -10,30 +10,9 @@ import numpy as np
 from elocute.array_types import Float32Array, Float64Array, FloatArray, IntArray
 from elocute.articulation.style import Style, resolve_style
 from elocute.audio.waveform import Waveform
-from elocute.capture.settings import FaceRichness
-from elocute.capture.simulation.rich_faces import own_shapes, skin_and_jaw
-from elocute.capture.simulation.rich_faces.face_places import FacePlaces, face_places
-from elocute.capture.simulation.rich_faces.flesh import FLESH, flesh_masks, lagging
-from elocute.capture.simulation.rich_faces.habits import draw_habits, habit_names, speak
-from elocute.capture.simulation.rich_faces.lip_contact import LipContact, lip_contact, rig_gaps
-from elocute.capture.simulation.rich_faces.pauses import (
-    PRESSED,
-    breath_weights,
-    draw_pause_habits,
-    pause_fields,
-    pauses,
-    swallow_weights,
-)
-from elocute.capture.simulation.rich_faces.prosody import (
-    BROWS,
-    accents,
-    brow_weights,
-    draw_gestures,
-    head_turns,
-)
-from elocute.capture.simulation.rich_faces.teeth import rigid_motion
 from elocute.encoders.phone_encoder import PhonePosteriors
 from elocute.encoders.phones_and_visemes import PHONES, SILENCE
+from elocute.errors import CaptureError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.identity import resolve_identity
 from elocute.head.model import HeadModel
@@ -42,11 +21,67 @@ from elocute.motion.curves import Curves
 from elocute.numerics.quaternions import from_axis_angle, no_turn
 from elocute.numerics.resampling import frames_in
 from elocute.one_line_repr import one_line
+from elocute.settings import check_settings, described, setting
+from recipes.rich_faces import own_shapes, skin_and_jaw
+from recipes.rich_faces.face_places import FacePlaces, face_places
+from recipes.rich_faces.flesh import FLESH, flesh_masks, lagging
+from recipes.rich_faces.habits import draw_habits, habit_names, speak
+from recipes.rich_faces.lip_contact import LipContact, lip_contact, rig_gaps
+from recipes.rich_faces.pauses import (
+    PRESSED,
+    breath_weights,
+    draw_pause_habits,
+    pause_fields,
+    pauses,
+    swallow_weights,
+)
+from recipes.rich_faces.prosody import (
+    BROWS,
+    accents,
+    brow_weights,
+    draw_gestures,
+    head_turns,
+)
+from recipes.rich_faces.teeth import rigid_motion
 
 BLOCK_FRAMES = 128
 VOWELS = tuple(p for p in PHONES if p[0] in "AEIOU")
 CHIN = 8  # iBUG 68: the lowest point of the jaw line
 LEANING = 0.4  # of the head's turn that the neck has
+
+
+@described
+@dataclass(frozen=True)
+class FaceRichness:
+    """What the face of a simulated speaker has beyond the shapes of a rig.
+
+    0 leaves a thing out; at 1 each person has it to an extent of the person's own.
+
+    Raises
+    ------
+    CaptureError
+        For a number outside its range.
+    """
+
+    own_shapes: float = setting(
+        1.0, low=0.0, high=2.0, help="A person's own pattern, amount and path of each shape."
+    )
+    habits: float = setting(
+        1.0, low=0.0, high=2.0, help="A person's own targets and timing of each phone."
+    )
+    flesh: float = setting(
+        1.0, low=0.0, high=2.0, help="Lag and inertia of cheeks, chin and under-jaw."
+    )
+    slide: float = setting(1.0, low=0.0, high=2.0, help="Skin that slides over jaw and cheeks.")
+    lip_bulge: float = setting(
+        1.0, low=0.0, high=2.0, help="How much of what lips press away comes out on them."
+    )
+    swallowing: float = setting(1.0, low=0.0, high=2.0, help="Swallowing in pauses.")
+    breathing: float = setting(1.0, low=0.0, high=2.0, help="Nostrils, throat and collar.")
+    prosody: float = setting(1.0, low=0.0, high=2.0, help="Head and brow with the stress.")
+
+    def __post_init__(self) -> None:
+        check_settings(self, CaptureError)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,8 @@ from __future__ import annotations
 import numpy as np
 
 from elocute.array_types import Float64Array
-from elocute.capture.simulation.rich_faces.face_places import FLIP, FacePlaces
 from elocute.head.model import HeadModel
+from recipes.rich_faces.face_places import FLIP, FacePlaces
 
 UNEVEN = 0.35  # share of a field's standard deviation that the other side does not share
 SHARED = 0.6  # of the pattern that all shapes of a person have

@@ -11,11 +11,11 @@ from elocute.array_types import Float64Array, FloatArray
 from elocute.articulation.driver import articulate, make_contacts
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.style import Style
-from elocute.capture.simulation.rich_faces import talker_spread
 from elocute.encoders.phones_and_visemes import BILABIALS, LABIODENTALS, PHONES, SILENCE
 from elocute.motion.curves import Curves
 from elocute.numerics.resampling import interpolate
 from elocute.numerics.smoothing import gaussian_smoothed
+from recipes.rich_faces import talker_spread
 
 # What is drawn so that measured mouths spread as those of real talkers do: limits and contacts take
 # a part away.

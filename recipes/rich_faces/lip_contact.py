@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array, IntArray
-from elocute.capture.simulation.rich_faces.face_places import screened_spread
-from elocute.capture.simulation.rich_faces.teeth import ToothWall, tooth_wall
 from elocute.head.model import HeadModel
 from elocute.head.normals import vertex_normals
 from elocute.numerics.smoothing import smoothstep
+from recipes.rich_faces.face_places import screened_spread
+from recipes.rich_faces.teeth import ToothWall, tooth_wall
 
 AROUND_M = 0.022  # skin so near the lips gives way with them
 REACH_M = 0.006

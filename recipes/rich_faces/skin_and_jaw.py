@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from elocute.array_types import Float64Array, FloatArray
-from elocute.capture.simulation.rich_faces.face_places import FacePlaces
 from elocute.head.model import HeadModel
+from recipes.rich_faces.face_places import FacePlaces
 
 JAW_FULL = 0.45  # weight of jawOpen at the widest in speech
 CORNER_SLACK_M = 0.0005  # skin follows a corner of the mouth only beyond so much

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elocute.array_types import Float64Array
-from elocute.capture.simulation.rich_faces.face_places import FacePlaces
+from recipes.rich_faces.face_places import FacePlaces
 
 
 @dataclass(frozen=True)

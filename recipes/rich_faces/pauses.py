@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from elocute.array_types import Float64Array, FloatArray
-from elocute.capture.simulation.rich_faces.face_places import FacePlaces
 from elocute.numerics.smoothing import smoothstep
+from recipes.rich_faces.face_places import FacePlaces
 
 SWALLOW_S = 0.75
 SWALLOW_PAUSE_S = 0.6  # shorter pauses are too short for it
