@@ -321,9 +321,9 @@ def _told(stream: Any) -> str:
     if context is None:
         return "a codec that FFmpeg does not support"
     channels = f"{context.channels} channel{'s' if context.channels != 1 else ''}"
-    told = f"{context.name}, {context.sample_rate} Hz, {channels}"
+    description = f"{context.name}, {context.sample_rate} Hz, {channels}"
     more = [metadata[key][:60] for key in ("language", "title") if metadata.get(key)]
-    return f"{told} ({', '.join(more)})" if more else told
+    return f"{description} ({', '.join(more)})" if more else description
 
 
 def _has_frame_count(path: Path) -> bool:

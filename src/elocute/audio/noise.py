@@ -29,17 +29,11 @@ def with_noise(speech: Waveform, noise: Float32Array, gain_db: float) -> Wavefor
 
     Parameters
     ----------
-    speech : Waveform
-        The speech.
     noise : (sample,) float32
         At the speech's rate; repeated or cut to its length.
     gain_db : float
         Level of the noise relative to the speech (root mean squares), dB: -36 is a signal-to-noise
         ratio of 36 dB.
-
-    Returns
-    -------
-    Waveform
 
     Raises
     ------
@@ -73,24 +67,13 @@ def babble(speech: Waveform, seed: int) -> Float32Array:
 def street_noise(samples: int, sample_rate: int, seed: int) -> Float32Array:
     """Simulated traffic: cars that pass over a distant rumble. It is no recording of a street.
 
-    Parameters
-    ----------
-    samples : int
-        How many, 1 or more.
-    sample_rate : int
-        Hz.
-    seed : int
-        The same seed gives the same street.
+    One sample or more; the same seed gives the same street. Traffic is loudest below 200 Hz
+    (engines) and about 1 kHz (tyres). Each car is tyre noise and a few harmonics of an engine,
+    which swell and fade by more than 20 dB within seconds; now and then one sounds its horn.
 
     Returns
     -------
     (sample,) float32
-
-    Notes
-    -----
-    Traffic is loudest below 200 Hz (engines) and about 1 kHz (tyres). Each car is tyre noise and a
-    few harmonics of an engine, which swell and fade by more than 20 dB within seconds; now and then
-    one sounds its horn.
     """
     rng, seconds = np.random.default_rng(seed), samples / sample_rate
     times = np.arange(samples) / sample_rate
@@ -112,18 +95,7 @@ def street_noise(samples: int, sample_rate: int, seed: int) -> Float32Array:
 
 
 def telephone_band(speech: Waveform) -> Waveform:
-    """Speech as a telephone passes it: 300 to 3400 Hz.
-
-    Parameters
-    ----------
-    speech : Waveform
-        The speech.
-
-    Returns
-    -------
-    Waveform
-        At the same rate.
-    """
+    """Speech as a telephone passes it, 300 to 3400 Hz, at the same rate."""
     count = len(speech.samples)
     hertz = np.fft.rfftfreq(count, 1 / speech.sample_rate)
     (low, high), (below, above) = TELEPHONE_HZ, TELEPHONE_EDGES_HZ

@@ -218,26 +218,16 @@ class AudioStream:
 
 FOLLOWED = "{} files behind the first, {}, are left out: join their sounds, not the files"
 CANCEL_S = 60.0
-"""So much sound, silence aside, says whether channels cancel."""
+"""Seconds of sound, without silence, from which it is judged whether channels cancel."""
 CANCELLED = 0.05
-"""Of the energy that the mix of unrelated channels has."""
+"""Channels cancel where their mix has less than this share of the energy of unrelated channels."""
 CANCELLING = "its channels cancel each other; the loudest, {}, is taken: `channel` chooses another"
 
 
 def loudest_of_cancelling(energies: Float64Array, mixed: float) -> int | None:
-    """The loudest of channels that cancel each other where they are mixed.
+    """The loudest of channels (channel,) that cancel each other where they are mixed; else None.
 
-    Parameters
-    ----------
-    energies : (channel,)
-        Of each.
-    mixed : float
-        Of their mean.
-
-    Returns
-    -------
-    int or None
-        None where they do not.
+    `energies` are those of the channels, `mixed` is that of their mean.
     """
     unrelated = float(energies.sum()) / len(energies) ** 2
     return int(energies.argmax()) if unrelated > 0 and mixed < CANCELLED * unrelated else None

@@ -37,8 +37,8 @@ def resampling_s(sample_rate: int, wanted: int) -> float:
     if sample_rate == wanted:
         return 0.0
     stream, block = ResamplingStream(sample_rate, wanted), np.zeros(sample_rate // 100, np.float32)
-    given, late_s = 0, 0.0
+    samples_out, late_s = 0, 0.0
     for number in range(1, 101):
-        given += len(stream.push(block))
-        late_s = max(late_s, number * len(block) / sample_rate - given / wanted)
+        samples_out += len(stream.push(block))
+        late_s = max(late_s, number * len(block) / sample_rate - samples_out / wanted)
     return late_s

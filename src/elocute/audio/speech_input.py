@@ -42,7 +42,8 @@ SAMPLES_MAX = NUMBERS_MAX
 CHUNK = 1 << 20
 BLOCK = 60 * SPEECH_RATE
 READS_FREE, READ_BYTES = 100_000, 256
-"""What reads so little at a time would be read for hours."""
+"""How many reads are free before they must give READ_BYTES on average: a file that gives less would
+be read for hours."""
 
 
 def resolve_speech(
@@ -131,19 +132,19 @@ class SoundChoice:
 
 
 def _waveform(samples: Any, rate: int | None, channel: int | None, notes: list[str]) -> Waveform:
-    given: NDArray[Any] = array_of(samples, "array", error=AudioError, allowed="samples")
-    if given.dtype.kind not in "fiu" or given.dtype in (np.int64, np.uint32, np.uint64, np.uint16):
-        found = f"samples of type {given.dtype}" if given.ndim else type(samples).__name__
+    array: NDArray[Any] = array_of(samples, "array", error=AudioError, allowed="samples")
+    if array.dtype.kind not in "fiu" or array.dtype in (np.int64, np.uint32, np.uint64, np.uint16):
+        found = f"samples of type {array.dtype}" if array.ndim else type(samples).__name__
         raise AudioError.about(
             "array",
             found=found,
             allowed="floats within ±1, or integers of 8, 16 or 32 bits as .wav files have them",
             remedy="or give a path, a Waveform, bytes or a binary file",
         )
-    if given.size > SAMPLES_MAX:
+    if array.size > SAMPLES_MAX:
         raise AudioError.about(
             "array",
-            found=f"{given.size} samples",
+            found=f"{array.size} samples",
             allowed=f"up to {SAMPLES_MAX}",
             remedy="give a path",
         )
@@ -154,14 +155,14 @@ def _waveform(samples: Any, rate: int | None, channel: int | None, notes: list[s
             allowed="a rate in Hz",
             remedy="animate(samples, rate=16000)",
         )
-    if given.ndim not in (1, 2) or (given.ndim == 2 and not _has_channels(*given.shape)):
+    if array.ndim not in (1, 2) or (array.ndim == 2 and not _has_channels(*array.shape)):
         raise AudioError.about(
             "array",
-            found=f"shape {given.shape}",
+            found=f"shape {array.shape}",
             allowed=f"(sample,) or (sample, channel) with up to {CHANNELS_MAX} channels",
             remedy="turn (channel, sample) round: samples.T",
         )
-    columns = given[:, None] if given.ndim == 1 else given
+    columns = array[:, None] if array.ndim == 1 else array
     if channel is not None and whole_number(channel) not in range(columns.shape[1]):
         raise AudioError.about(
             "array", found=f"no channel {brief(channel)}", allowed=f"0 to {columns.shape[1] - 1}"

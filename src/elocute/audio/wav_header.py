@@ -13,7 +13,8 @@ from elocute.errors import AudioError
 
 CHUNKS_MAX = 1000
 UNKNOWN_FROM, LONG_UNKNOWN_FROM = 0x7FFF0000, 2**62
-"""Writers to a pipe, who cannot go back to fill in the size, leave one from here on behind."""
+"""Sizes from which on a header does not know its size: writers to a pipe cannot go back to fill it
+in."""
 RIFF_MAX = 0xFFFFF000
 FMT_MAX = 4096
 NAMES = frozenset(
@@ -23,7 +24,7 @@ NAMES = frozenset(
         *(b"acid", b"FLLR", b"levl", b"umid", b"minf", b"elm1", b"regn", b"junk"),
     )
 )
-"""Of chunks that follow one another."""
+"""Names that chunks of a WAVE file have."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +70,12 @@ def read_wav_header(path: Path) -> WavHeader | None:
         if head[:4] not in (b"RIFF", b"RF64") or head[8:] != b"WAVE":
             return None
         complete = before + struct.unpack("<I", head[4:8])[0] + 8 >= total
-        fmt, fact, long_size, found = b"", b"", 0, None
+        fmt, fact, long_size, data_part = b"", b"", 0, None
         orderly, followers = True, 0
         plain = before == 0
         for name, size, padded in _chunks(file):
             end = file.tell() + size
-            followers += name in (b"RIFF", b"RF64") and found is not None
+            followers += name in (b"RIFF", b"RF64") and data_part is not None
             plain = plain and padded
             if name == b"ds64" and size >= 24:
                 body = file.read(16)
@@ -85,14 +86,14 @@ def read_wav_header(path: Path) -> WavHeader | None:
                 fact = file.read(min(size, 16))
             elif name == b"LIST":
                 orderly = orderly and _list_is_orderly(file, min(end, total))
-            elif name == b"data" and len(fmt) >= 16 and found is None:
+            elif name == b"data" and len(fmt) >= 16 and data_part is None:
                 present = total - file.tell()
-                found = _promised(size, long_size, present, complete), present, file.tell()
+                data_part = _promised(size, long_size, present, complete), present, file.tell()
             orderly = orderly and (end <= total or name == b"data")
-    if found is None:
+    if data_part is None:
         return None
     channels, rate = struct.unpack("<2xHI8x", fmt[:16])
-    promised, present, start = found
+    promised, present, start = data_part
     return WavHeader(channels, rate, promised, present, orderly, plain, fmt, fact, start, followers)
 
 
@@ -142,17 +143,8 @@ def _chunks(file: BinaryIO) -> Iterator[tuple[bytes, int, bool]]:
 class WavPart(io.RawIOBase):
     """The sound of a WAVE file behind a header that says what is there, as a file to read.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    header : WavHeader
-        What was read of it.
-
-    Raises
-    ------
-    AudioError
-        For a sound that is longer than such a header can say.
+    `header` is what was read of the file at `path`. Raises AudioError for a sound that is longer
+    than such a header can say.
     """
 
     def __init__(self, path: Path, header: WavHeader) -> None:

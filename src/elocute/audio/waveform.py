@@ -41,20 +41,20 @@ class Waveform:
     sample_rate: int
 
     def __post_init__(self) -> None:
-        given = array_of(self.samples, "waveform", error=AudioError, allowed="samples")
-        if given.dtype.kind != "f":
+        values = array_of(self.samples, "waveform", error=AudioError, allowed="samples")
+        if values.dtype.kind != "f":
             raise AudioError.about(
                 "waveform",
-                found=f"samples of type {given.dtype}",
+                found=f"samples of type {values.dtype}",
                 allowed="floats within ±1",
                 remedy="divide 16-bit integers by 32768",
             )
         with np.errstate(over="ignore"):
-            samples = np.ascontiguousarray(given, dtype=np.float32)
-        if given.ndim != 1 or len(samples) < 2:
+            samples = np.ascontiguousarray(values, dtype=np.float32)
+        if values.ndim != 1 or len(samples) < 2:
             raise AudioError.about(
                 "waveform",
-                found=f"samples of shape {given.shape}",
+                found=f"samples of shape {values.shape}",
                 allowed="(sample,), two or more",
                 remedy="mix channels down first",
             )

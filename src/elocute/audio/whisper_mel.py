@@ -47,14 +47,10 @@ def scaled(decades: Float32Array, loudest: Float32Array) -> Float32Array:
 class WhisperMel:
     """Samples in, bands out; `flush` ends the sound. How it is cut changes no bit.
 
-    Frames are (frame, 80) float32, frame t centred on sample 160·t. A sound of n samples gives
-    ceil(n / 160) frames, however it is cut into pieces. `peaks` are the loudest bands of the frames
-    that the last call gave, in decades of power.
-
-    Parameters
-    ----------
-    together : int
-        Frames that are computed, and so waited for, together.
+    Frames are (frame, 80) float32, frame t centred on sample 160·t; `together` of them are
+    computed, and so waited for, together. A sound of n samples gives ceil(n / 160) frames, however
+    it is cut into pieces. `peaks` are the loudest bands of the frames that the last call gave, in
+    decades of power.
     """
 
     def __init__(self, together: int = TOGETHER) -> None:

@@ -30,9 +30,9 @@ class ExplainedCommand(TyperCommand):
         write_examples(ctx, formatter)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        given = list(args)
+        words = list(args)
         rest = super().parse_args(ctx, args)
-        self._refuse_empty_names(ctx, given)
+        self._refuse_empty_names(ctx, words)
         return rest
 
     def _refuse_empty_names(self, ctx: Any, given: list[str]) -> None:

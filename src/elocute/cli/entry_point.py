@@ -92,8 +92,8 @@ def _leave(interrupts: _Interrupts) -> int:
         if hasattr(error, "exit_code"):
             return _usage(error)
         if isinstance(error, OSError | ValueError) and INSTALL in sys.argv:
-            told = f"{error.filename}: {error.strerror}" if isinstance(error, OSError) else error
-            return _say(f"{INSTALL}: cannot be done ({told})", 1)
+            reason = f"{error.filename}: {error.strerror}" if isinstance(error, OSError) else error
+            return _say(f"{INSTALL}: cannot be done ({reason})", 1)
         if isinstance(error, OSError) and error.errno in DISK_ERRORS:
             where = error.filename or "a temporary file"
             return _say(f"{where}: cannot be written ({error.strerror})", 2)

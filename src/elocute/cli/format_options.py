@@ -44,14 +44,14 @@ def options_of_formats() -> Any:
 @dataclass(frozen=True)
 class _FormatSettingsGroup:
     def options(self) -> dict[str, tuple[Any, Any]]:
-        found: dict[str, tuple[Any, Any]] = {}
+        parameters: dict[str, tuple[Any, Any]] = {}
         for name, (cls, default, about) in _KNOWN.items():
             kind = str if name == "size" else types_of(cls)[name][0]
             text = SIZE_HELP if name == "size" else about.text
             shown = "800" if name == "size" else default
             text += f" [default: {shown}]" if isinstance(shown, str) else ""
-            found[name] = (kind | None, typer.Option(None, help=text))
-        return found
+            parameters[name] = (kind | None, typer.Option(None, help=text))
+        return parameters
 
     def build(self, given: dict[str, Any]) -> FormatSettings:
         format_settings = {name: value for name, value in given.items() if value is not None}

@@ -78,8 +78,8 @@ class KnownSpeechOptions:
     def check(self, single: bool) -> None:
         """Raise InputError for several of them, or one for several recordings; MachineError where
         there is no model that recognises words."""
-        given = {"--phones": self.phones, "--text": self.text, "--text-file": self.text_file}
-        named = [name for name, value in given.items() if value is not None]
+        flags = {"--phones": self.phones, "--text": self.text, "--text-file": self.text_file}
+        named = [name for name, value in flags.items() if value is not None]
         if len(named) > 1 or (named and self.transcribe):
             other = "--transcribe" if self.transcribe else named[1]
             raise InputError.about(named[0], found=f"{other} too", allowed="one of them")
@@ -127,10 +127,10 @@ class KnownSpeechOptions:
         from elocute.speech.timed_phones import find_phones
 
         known = self.read(sound)
-        found = find_phones(sound, times=known.pop("phones"), **known, **taken)
-        for note in found.notes:
+        speech = find_phones(sound, times=known.pop("phones"), **known, **taken)
+        for note in speech.notes:
             print(f"elocute: {sound}: {in_flags(note)}", file=sys.stderr)
-        return found
+        return speech
 
     @cached_property
     def _given_text(self) -> str | None:

@@ -38,20 +38,12 @@ DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.I)
 
 @dataclass(frozen=True)
 class Line:
-    """A row of a table.
+    """A row of a table: a take by its name, which is not a path.
 
-    Parameters
-    ----------
-    name : str
-        The name of its take, no path.
-    text : str
-        What is said; "" for a recording without a text.
-    audio : str
-        A recording below the table's folder; "" where the text is spoken.
-    voice : VoiceSettings
-        The voice that speaks it, or the language of the text.
-    settings : dict
-        What is said of the take's settings, by name; an edit list lies below the table's folder.
+    `text` is what is said, "" for a recording without a text. `audio` is a recording below the
+    table's folder, "" where the text is spoken. `voice` speaks the text or says its language.
+    `settings` are what is said of the take's settings, by name; an edit list lies below the table's
+    folder.
     """
 
     name: str
@@ -63,36 +55,19 @@ class Line:
 
 @dataclass(frozen=True)
 class UnusableLine:
-    """A row that makes no take, and why.
-
-    Parameters
-    ----------
-    name : str
-        What it is called, as far as it has a name.
-    fault : str
-        In one line.
-    """
+    """A row that makes no take: its name, as far as it has one, and its fault in one line."""
 
     name: str
     fault: str
 
 
 def read_lines(path: str | Path, voice: VoiceSettings) -> list[Line | UnusableLine]:
-    """Read a table of lines.
+    """Read a table of lines, in the order of its rows; what is wrong with one row is told of that
+    row alone.
 
-    Parameters
-    ----------
-    path : str or Path
-        A table parted by commas, semicolons or tabs whose first row names its columns: `id`, `text`
-        or `audio` or both, and any of `language`, `voice`, `rate`, `pitch` and `SETTINGS`. Other
-        columns are left alone.
-    voice : VoiceSettings
-        What an empty cell means.
-
-    Returns
-    -------
-    list of Line or UnusableLine
-        In the order of the rows; what is wrong with one row is told of that row alone.
+    Commas, semicolons or tabs part its columns, which its first row names: `id`, `text` or `audio`
+    or both, and any of `language`, `voice`, `rate`, `pitch` and `SETTINGS`. Other columns are left
+    alone. An empty cell means what `voice` says.
 
     Raises
     ------
@@ -101,22 +76,22 @@ def read_lines(path: str | Path, voice: VoiceSettings) -> list[Line | UnusableLi
     """
     path = Path(path)
     text = read_text(path, TABLE_FILE)
-    found: list[Line | UnusableLine] = []
+    lines: list[Line | UnusableLine] = []
     seen: dict[str, int] = {}
     try:
         table = DelimitedTable.of(text)
         _check_columns(path, table.names)
         for number, row in table.rows():
-            if len(found) >= LINES_MAX:
+            if len(lines) >= LINES_MAX:
                 raise InputError.about(path, found="too many rows", allowed=f"up to {LINES_MAX}")
-            found.append(_line(number, table, row, voice, seen))
+            lines.append(_line(number, table, row, voice, seen))
     except csv.Error as error:
         raise InputError.about(
             path, found=f"not a CSV ({str(error)[:60]})", allowed=",".join(COLUMNS)
         ) from error
-    if not found:
+    if not lines:
         raise InputError.about(path, found="no rows", allowed="a row for each take")
-    return found
+    return lines
 
 
 def _check_columns(path: Path, names: Sequence[str]) -> None:
@@ -129,10 +104,10 @@ def _check_columns(path: Path, names: Sequence[str]) -> None:
     }
     wrong = next((name for name, near in meant.items() if near not in names), "")
     if twice or wrong or "id" not in names or not {"text", "audio"} & set(names):
-        told = f"column {(twice or [wrong])[0][:40]!r}" + " twice" * bool(twice)
+        fault = f"column {(twice or [wrong])[0][:40]!r}" + " twice" * bool(twice)
         raise InputError.about(
             path,
-            found=told if twice or wrong else f"columns {', '.join(names)[:60] or 'missing'}",
+            found=fault if twice or wrong else f"columns {', '.join(names)[:60] or 'missing'}",
             allowed=f"id, text or audio, and any of {', '.join(COLUMNS[3:])}",
             remedy=f"{wrong[:40]!r} may be {meant[wrong]!r}" if wrong and not twice else "",
         )

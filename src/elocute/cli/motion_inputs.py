@@ -59,9 +59,9 @@ def open_given(
     from elocute.adoption.motion_files import open_motion
 
     with progress_bar(f"reading {path.name}", quiet) as progress:
-        found = open_motion(
+        opened = open_motion(
             path, head=head, mesh=mesh, flame=flame, input_fps=input_fps, progress=progress
         )
-    for note in found.notes:
+    for note in opened.notes:
         print(f"elocute: {printable(in_flags(note))}", file=sys.stderr)
-    return found.motion
+    return opened.motion

@@ -7,18 +7,32 @@ from typing import Any
 
 import typer
 
+from elocute.articulation.settings import AnimationSettings
 from elocute.cli.settings_options import option
+from elocute.errors import InputError
 from elocute.life.moods import MOODS
 from elocute.models.registry import model_names
 from elocute.models.take_settings import TakeSettings
 from elocute.numerics.frame_rates import frame_rate
-from elocute.settings import SEED_MAX
+from elocute.settings import SEED_MAX, setting_of
 
 
 def take_option(name: str, default: Any = ...) -> Any:
     """The option of one setting of a take; what it names is completed by the shell."""
     flag = f"--{name}"
     return option(TakeSettings, name, flag, default=default, completed=_NAMES.get(name))
+
+
+def contacts_measured(given: str) -> tuple[str, ...]:
+    """Which of off and auto are measured, in this order. Raises InputError."""
+    known = setting_of(AnimationSettings, "contacts").choices
+    if given == "both":
+        return "off", "auto"
+    if given not in known:
+        raise InputError.about(
+            f"--contacts {given}", found="unknown", allowed=", ".join((*known, "both"))
+        )
+    return (given,)
 
 
 def _people() -> Iterable[str]:
@@ -47,6 +61,12 @@ _NAMES: dict[str, Callable[[], Iterable[str]]] = {
     "look": _looks,
 }
 Contacts, ContactsOff = take_option("contacts"), take_option("contacts", default="off")
+_MEASURED = (
+    "What is measured: auto, with lip contacts and rests laid over by rule, as `animate` does; "
+    "off, the model's own output; or both."
+)
+ContactsMeasured = typer.Option("auto", "--contacts", help=_MEASURED)
+ContactsMeasuredOff = typer.Option("off", "--contacts", help=_MEASURED)
 Edits = take_option("edits")
 Identity = take_option("identity")
 Mesh = take_option("mesh")
@@ -60,6 +80,13 @@ Output = typer.Option(
     "-o",
     "--output",
     help="Where to write; the suffix chooses the format. Can be repeated.",
+)
+Corpus = typer.Argument(..., help="A corpus folder.")
+Sound = typer.Argument(..., help="Sound or video file.")
+SoundsOfShards = typer.Argument(..., help="Folder to which the paths of their sounds are relative.")
+JsonReport = typer.Option(None, "-o", "--output", help="Also write the report (.json).")
+AlignmentEncoder = typer.Option(
+    "fbank", help="Speech encoder: fbank, phones and the like; windows for 41 x 128 x 3."
 )
 Channel = typer.Option(
     None,

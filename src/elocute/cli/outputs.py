@@ -130,5 +130,13 @@ def warn_of_silence(targets: Iterable[Path], remedy: str) -> None:
 
     silent = [path.name for path in targets if WRITERS[path.suffix.lower()].has_sound]
     if silent:
-        told = f"{', '.join(silent)}: without sound; {remedy}"
-        print(f"elocute: {told}", file=sys.stderr)
+        warning = f"{', '.join(silent)}: without sound; {remedy}"
+        print(f"elocute: {warning}", file=sys.stderr)
+
+
+def write_json_report(path: Path, text: str) -> None:
+    """Write the text of a JSON record, whole or not at all. Raises OutputError."""
+    from elocute.files.atomic import write_atomically
+
+    with write_atomically(path) as draft:
+        draft.write_text(text + "\n", encoding="utf-8")

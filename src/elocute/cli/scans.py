@@ -33,7 +33,7 @@ def known_landmarks(head: HeadModel, scan: Scan, file: Path | None, unit: str) -
 
     if file is not None:
         return read_landmarks(file, unit_m(unit))
-    found = detected_landmarks(head, scan)
-    if found.enough:
-        typer.echo(f"elocute: {int(found.good.sum())} of 68 landmarks seen in pictures", err=True)
-    return found
+    seen = detected_landmarks(head, scan)
+    if seen.enough:
+        typer.echo(f"elocute: {int(seen.good.sum())} of 68 landmarks seen in pictures", err=True)
+    return seen

@@ -41,15 +41,15 @@ class SettingsGroup:
     defaults: Mapping[str, Any]
 
     def options(self) -> dict[str, tuple[Any, Any]]:
-        found: dict[str, tuple[Any, Any]] = {}
+        parameters: dict[str, tuple[Any, Any]] = {}
         for each, _ in settings_of(self.cls):
             if each.name in self.without:
                 continue
             kind, optional = types_of(self.cls)[each.name]
             flags, default = self.flags.get(each.name, ""), self.defaults.get(each.name, ...)
-            made = option(self.cls, each.name, *([flags] if flags else []), default=default)
-            found[each.name] = (kind | None if optional else kind, made)
-        return found
+            flag = option(self.cls, each.name, *([flags] if flags else []), default=default)
+            parameters[each.name] = (kind | None if optional else kind, flag)
+        return parameters
 
     def build(self, given: dict[str, Any]) -> Any:
         return self.cls(**given)
@@ -63,18 +63,18 @@ class PresetGroup(SettingsGroup):
 
     def options(self) -> dict[str, tuple[Any, Any]]:
         help = f"Settings to begin with ({', '.join(self.presets)}); other options change them."
-        found: dict[str, tuple[Any, Any]] = {
+        parameters: dict[str, tuple[Any, Any]] = {
             "preset": (str, typer.Option(self.presets[0], help=help))
         }
-        for name, (kind, made) in super().options().items():
-            shown, made.default = made.default, None
+        for name, (kind, choice) in super().options().items():
+            shown, choice.default = choice.default, None
             if isinstance(shown, bool):
                 flag = name.replace("_", "-")
-                both = made.param_decls[0] if made.param_decls else f"--{flag}/--no-{flag}"
+                both = choice.param_decls[0] if choice.param_decls else f"--{flag}/--no-{flag}"
                 shown = both.split("/")[0 if shown else 1].lstrip("-")
-            made.help += f" [default: {shown}]"
-            found[name] = (kind | None, made)
-        return found
+            choice.help += f" [default: {shown}]"
+            parameters[name] = (kind | None, choice)
+        return parameters
 
     def build(self, given: dict[str, Any]) -> Any:
         changes = {name: value for name, value in given.items() if value is not None}
@@ -91,22 +91,9 @@ def options_of(
 ) -> Any:
     """The default of a parameter that stands for the settings of a dataclass.
 
-    Parameters
-    ----------
-    cls : type
-        The dataclass.
-    without : iterable of str
-        Fields that are not options.
-    flags : mapping of str, optional
-        Flags that are not named after their fields: {"batch_pairs": "--batch"}.
-    defaults : mapping of str, optional
-        Defaults that differ from the dataclass's.
-    presets : iterable of str, optional
-        Names that the dataclass's method `preset` takes, its defaults first.
-
-    Returns
-    -------
-    SettingsGroup
+    `without` are fields that are not options. `flags` are those that are not named after their
+    fields, as {"batch_pairs": "--batch"}, and `defaults` those that differ from the dataclass's.
+    `presets` are names that the dataclass's method `preset` takes, its defaults first.
     """
     settings = (cls, frozenset(without), flags or {}, defaults or {})
     return PresetGroup(*settings, tuple(presets)) if presets else SettingsGroup(*settings)
@@ -119,24 +106,10 @@ def option(
     default: Any = ...,
     completed: Callable[[], Iterable[str]] | None = None,
 ) -> Any:
-    """The typer option of one setting; its range is checked where the setting is used.
+    """The typer option of the field `name`; its range is checked where the setting is used.
 
-    Parameters
-    ----------
-    cls : type
-        The settings dataclass.
-    name : str
-        Its field.
-    *flags : str
-        Flags, where the field's name is not the flag.
-    default
-        The command's default, where it differs from the dataclass's.
-    completed : callable, optional
-        Gives the names that a shell completes.
-
-    Returns
-    -------
-    typer.models.OptionInfo
+    `flags` and `default` are given where they differ from the dataclass's; `completed` gives the
+    names that a shell completes.
     """
     field, known = next(pair for pair in settings_of(cls) if pair[0].name == name)
     more: dict[str, Any] = {"parser": frame_rate, "metavar": "RATE"} if name == "fps" else {}
@@ -164,12 +137,14 @@ def expanded(function: Callable[..., Any]) -> Callable[..., Any]:
     hints = get_type_hints(function)
     parameters = []
     for name, each in signature.parameters.items():
-        made = groups[name].options() if name in groups else {name: (hints[name], each.default)}
+        inner_options = (
+            groups[name].options() if name in groups else {name: (hints[name], each.default)}
+        )
         parameters += [
             inspect.Parameter(
                 inner, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind
             )
-            for inner, (kind, default) in made.items()
+            for inner, (kind, default) in inner_options.items()
         ]
 
     @functools.wraps(function)

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 def spoken_source(text: str, voice: VoiceSettings, settings: Mapping[str, Any]) -> str:
     """What an output of a spoken text or a row is made from: the same line for the same take."""
-    told = json.dumps([" ".join(text.split()), asdict(voice), settings], default=str)
+    record = json.dumps([" ".join(text.split()), asdict(voice), settings], default=str)
     recording = settings.get("recording")
     what = f"the recording {recording[0][:40]!r}" if recording else f"the text {text[:40]!r}"
-    return f"{what} ({hashlib.sha256(told.encode()).hexdigest()[:12]})"
+    return f"{what} ({hashlib.sha256(record.encode()).hexdigest()[:12]})"
 
 
 def plan_take(
@@ -99,30 +99,30 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
     line, run = task
     settings = run.settings_of(line)
     sound = run.sound_of(line)
-    told = {**settings, **run.format_settings}
+    made_from = {**settings, **run.format_settings}
     if settings["edits"] is not None:
         from elocute.motion.edits.edit_list import EDITS_FILE
 
         data = read_bytes(settings["edits"], EDITS_FILE)
-        told["edits"] = hashlib.sha256(data).hexdigest()
+        made_from["edits"] = hashlib.sha256(data).hexdigest()
     if sound is not None:
         facts = sound.stat()
-        told["recording"] = [line.audio, facts.st_size, facts.st_mtime_ns]
-    source = spoken_source(line.text, line.voice, told)
+        made_from["recording"] = [line.audio, facts.st_size, facts.st_mtime_ns]
+    source = spoken_source(line.text, line.voice, made_from)
     inputs = [
         *([run.table] if run.table else []),
         *named_inputs(settings),
         *([sound] if sound else []),
     ]
-    plan, made = OutputPlan(inputs), []
+    plan, done = OutputPlan(inputs), []
     for target in run.targets(line):
         if _is_made(target, source):
-            made.append(target)
+            done.append(target)
         else:
             plan.make_folder(target.parent)
             plan_take(plan, target, source, sound=sound, format_settings=run.format_settings)
     plan.check(overwrite=run.overwrite, no_clobber=run.no_clobber)
-    wanted = plan.wanted([target for target in run.targets(line) if target not in made])
+    wanted = plan.wanted([target for target in run.targets(line) if target not in done])
     record: dict[str, Any] = {"id": line.name, "outputs": [str(target) for target in wanted]}
     kept = [str(target) for target in run.targets(line) if target not in wanted]
     if kept:

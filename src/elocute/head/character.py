@@ -63,16 +63,10 @@ class Control:
 
 @dataclass(frozen=True)
 class Turn:
-    """A joint of a file, and what turns it.
+    """The joint `node` of a file, and what turns it.
 
-    Attributes
-    ----------
-    node : int
-        Of the file.
-    joints : tuple of str
-        Joints of the built-in head whose turns it takes, the outermost first.
-    controls : dict of str to (float, float)
-        Degrees of nod and turn at weight one, by the name of a control.
+    `joints` are those of the built-in head whose turns it takes, the outermost first; `controls`
+    are degrees of nod and turn at weight one, by the name of a control.
     """
 
     node: int
@@ -84,27 +78,10 @@ class Turn:
 class Character:
     """A glTF file whose face is moved by the built-in head's curves.
 
-    Parameters
-    ----------
-    name : str
-        What messages call it: the name of its file.
-    document : GltfDocument
-        The file.
-    nodes : tuple of int
-        Nodes whose meshes are moved.
-    controls : tuple of Control
-        Their morph targets.
-    turns : tuple of Turn
-        Its joints.
-    facing_deg : float
-        How far its face is turned about +Y from +Z.
-    notes : tuple of str
-        What to know about it: shapes and meshes that nothing moves.
-
-    Raises
-    ------
-    HeadError
-        Where these name what the file does not have.
+    `name` is what messages call it: the name of its file. `nodes` are those whose meshes are moved,
+    `controls` their morph targets, `turns` its joints. `facing_deg` is how far its face is turned
+    about +Y from +Z. `notes` say which shapes and meshes nothing moves. Raises HeadError where
+    these name what the file does not have.
     """
 
     name: str
@@ -171,22 +148,9 @@ class Character:
 
 
 def character_of_arrays(stored: Mapping[str, NDArray[Any]]) -> Character | None:
-    """The character that `Character.arrays` stored.
+    """The character that `Character.arrays` stored in arrays of an .npz; None where it has none.
 
-    Parameters
-    ----------
-    stored : mapping of str to array
-        Arrays of an .npz by name.
-
-    Returns
-    -------
-    Character or None
-        None where the .npz has none.
-
-    Raises
-    ------
-    HeadError
-        For a mapping or a file that is damaged.
+    Raises HeadError for a mapping or a file that is damaged.
     """
     if _FILE not in stored and _RECORD not in stored:
         return None
@@ -214,18 +178,18 @@ def character_of_arrays(stored: Mapping[str, NDArray[Any]]) -> Character | None:
 
 
 def _control(record: Any) -> Control:
-    given = as_record(record, "character", ALLOWED, HeadError)
+    entry = as_record(record, "character", ALLOWED, HeadError)
     binds = []
-    for bind in _list(given.get("binds")):
+    for bind in _list(entry.get("binds")):
         mesh, target, share = _list(bind) if len(_list(bind)) == 3 else (None,) * 3
         binds.append((_whole(mesh), _whole(target), _number(share, SHARE_MAX)))
     return Control(
-        _text(given.get("name")),
-        _shares(given.get("looks")),
+        _text(entry.get("name")),
+        _shares(entry.get("looks")),
         tuple(binds),
-        _shares(given.get("shares")),
-        given.get("switch") is True,
-        {name: _text(way) for name, way in _overrides(given).items()},
+        _shares(entry.get("shares")),
+        entry.get("switch") is True,
+        {name: _text(way) for name, way in _overrides(entry).items()},
     )
 
 
@@ -234,20 +198,20 @@ def _overrides(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _turn(record: Any) -> Turn:
-    given = as_record(record, "character", ALLOWED, HeadError)
+    entry = as_record(record, "character", ALLOWED, HeadError)
     controls = {}
-    for name, degrees in as_record(given.get("controls"), "turn", ALLOWED, HeadError).items():
+    for name, degrees in as_record(entry.get("controls"), "turn", ALLOWED, HeadError).items():
         pair = [_number(each, DEGREES_MAX) for each in _list(degrees)]
         if len(pair) != 2:
             raise _damaged()
         controls[name] = (pair[0], pair[1])
-    joints = tuple(_text(each) for each in _list(given.get("joints")))
-    return Turn(_whole(given.get("node")), joints, controls)
+    joints = tuple(_text(each) for each in _list(entry.get("joints")))
+    return Turn(_whole(entry.get("node")), joints, controls)
 
 
 def _shares(record: Any) -> dict[str, float]:
-    given = as_record(record, "character", ALLOWED, HeadError)
-    return {_text(name): _number(share, SHARE_MAX) for name, share in given.items()}
+    entry = as_record(record, "character", ALLOWED, HeadError)
+    return {_text(name): _number(share, SHARE_MAX) for name, share in entry.items()}
 
 
 def _list(value: Any) -> list[Any]:

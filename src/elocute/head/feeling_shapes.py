@@ -47,22 +47,12 @@ FEELING_SHAPES: dict[str, dict[str, float]] = {
 
 
 def both_sides(looks: Mapping[str, float], names: tuple[str, ...]) -> dict[str, float]:
-    """The same weights by the names that a head has: a shape with two sides is set on both.
+    """The same weights by the names of a head's shapes: one that has two sides is set on both.
 
-    Parameters
-    ----------
-    looks : mapping of str to float
-        By names with or without a side.
-    names : tuple of str
-        Of the head's shapes.
-
-    Returns
-    -------
-    dict of str to float
-        Shapes that the head lacks are left out.
+    `looks` name shapes with or without a side; those that the head lacks are left out.
     """
-    found: dict[str, float] = {}
+    weights: dict[str, float] = {}
     for name, weight in looks.items():
         sided = [name] if name in names else [f"{name}{side}" for side in ("Left", "Right")]
-        found |= {each: weight for each in sided if each in names}
-    return found
+        weights |= {each: weight for each in sided if each in names}
+    return weights

@@ -125,19 +125,19 @@ def flame_vertices(
     W(T_P, J, θ), and the translation.
     """
     joints = len(model.parents)
-    given = {
+    rows_of = {
         "shape": _rows(shape, "shape", model.identity_basis.shape[2]),
         "expression": _rows(expression, "expression", model.expression_basis.shape[2]),
         "pose": _rows(pose, "pose", 3 * joints, exactly=np.size(pose) > 0),
         "translation": _rows(translation, "translation", 3, exactly=True),
     }
-    counts = {len(rows) for rows in given.values()} - {1}
+    counts = {len(rows) for rows in rows_of.values()} - {1}
     if len(counts) > 1:
-        found = ", ".join(f"{len(rows)} of {name}" for name, rows in given.items())
+        found = ", ".join(f"{len(rows)} of {name}" for name, rows in rows_of.items())
         raise HeadError.about("FLAME", found=f"frames {found}", allowed="as many, or one for all")
     frames = counts.pop() if counts else 1
     shapes, expressions, poses, shifts = (
-        np.broadcast_to(rows, (frames, rows.shape[1])) for rows in given.values()
+        np.broadcast_to(rows, (frames, rows.shape[1])) for rows in rows_of.values()
     )
     result = np.empty((frames, model.vertex_count, 3))
     for start in range(0, frames, BLOCK):
@@ -188,8 +188,8 @@ def load_flame(path: str | Path, *, identity_count: int = IDENTITY_COUNT) -> Fla
 
 def _model_of(stored: dict[Any, Any], identity_count: int) -> FlameModel:
     for key, allowed in (("bs_style", "lbs"), ("bs_type", "lrotmin")):
-        found = stored.get(key, allowed)
-        if not isinstance(found, str) or found != allowed:
+        value = stored.get(key, allowed)
+        if not isinstance(value, str) or value != allowed:
             raise HeadError(f"{key} is not {allowed}; allowed: {allowed}")
     template = _numbers(stored, "v_template", 2)
     if not 3 <= len(template) <= VERTICES_MAX:
@@ -266,9 +266,9 @@ def _check_shapes(model: FlameModel) -> None:
         "triangles": (len(model.triangles), 3),
     }
     for name, shape in expected.items():
-        found = getattr(model, name).shape
-        if found != shape:
-            raise HeadError(f"{name} is {found}; allowed: {shape}")
+        actual = getattr(model, name).shape
+        if actual != shape:
+            raise HeadError(f"{name} is {actual}; allowed: {shape}")
     if identity + expression > COMPONENTS_MAX:
         raise HeadError(f"{identity + expression} components; allowed: up to {COMPONENTS_MAX}")
     orphans = [j for j, parent in enumerate(model.parents) if not -1 <= parent < j]

@@ -33,7 +33,7 @@ TRANSLATION = ("translation", "transl", "trans")
 RATE = ("fps", "framerate", "mocap_frame_rate", "mocap_framerate")
 ASSUMED_FPS, DEVIATIONS_MAX = 30.0, 100.0
 TURN_MAX = 2.0
-"""Radians that no jaw opens by."""
+"""A jaw that opens by more radians than this is an error."""
 POSES: dict[tuple[str, ...], dict[int, tuple[tuple[int, int], ...]]] = {
     ("pose", "posecode", "poses"): {
         165: ((36, 0), (45, 3), (66, 6), (69, 9), (72, 12)),  # SMPL-X's neck, head, jaw, eyes
@@ -48,7 +48,8 @@ POSES: dict[tuple[str, ...], dict[int, tuple[tuple[int, int], ...]]] = {
     ("leye_pose",): {3: ((0, 9),)},
     ("reye_pose",): {3: ((0, 12),)},
 }
-"""By its names and width: which of its columns are which of the pose's, three at a time."""
+"""Layouts of a pose by the names and the width of its array: first columns there and in our pose of
+15, each of three columns."""
 ASIDE = (
     "timestep_id",
     "n_processed_frames",
@@ -63,40 +64,19 @@ ASIDE += ("detailcode", "focal_length", "lights", "tex_extra", "images")
 
 
 def is_flame(names: Sequence[str]) -> bool:
-    """Whether names of arrays are FLAME's parameters.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of an .npz.
-
-    Returns
-    -------
-    bool
-    """
+    """Whether names of an .npz's arrays are FLAME's parameters."""
     return any(name in EXPRESSION for name in names)
 
 
 def read_layout(
     path: str | Path, fps: float | None = None
 ) -> tuple[dict[str, Float64Array], float | None, list[str]]:
-    """Read parameters in any layout.
+    """FLAME's parameters of a file or folder in any layout, frames per second and names left out.
 
-    Parameters
-    ----------
-    path : str or Path
-        An .npz; a folder with one for each frame, or with folders of exp.npy, pose.npy and so on.
-    fps : float, optional
-        Frames per second, where the file does not say it.
-
-    Returns
-    -------
-    parts : dict of str to array
-        shape (identity,), expression (frame, expression), pose (frame, 15), translation (frame, 3).
-    fps : float or None
-        Where it is said.
-    left_out : list of str
-        Names of arrays that FLAME has no use for.
+    The path is an .npz, a folder with one for each frame, or one with folders of exp.npy, pose.npy
+    and so on. Parameters are shape (identity,), expression (frame, expression), pose (frame, 15)
+    and translation (frame, 3). Frames per second are `fps` where the file does not say them. The
+    names are those of arrays that FLAME has no use for.
 
     Raises
     ------
@@ -133,18 +113,18 @@ def _frame_paths(path: Path) -> tuple[list[Path], NDArray[np.int64]]:
     alone = [path], np.zeros(1, np.int64)
     if not path.is_dir():
         return alone
-    found = [each for each in path.iterdir() if each.suffix.lower() == ".npz"]
-    found = found or [each for each in path.iterdir() if (each / "exp.npy").is_file()]
-    if not found and (path / "exp.npy").is_file():
+    frames = [each for each in path.iterdir() if each.suffix.lower() == ".npz"]
+    frames = frames or [each for each in path.iterdir() if (each / "exp.npy").is_file()]
+    if not frames and (path / "exp.npy").is_file():
         return alone
-    if not 0 < len(found) <= FRAMES_MAX:
-        raise HeadError.about(path, found=f"{len(found)} frames", allowed=ALLOWED)
+    if not 0 < len(frames) <= FRAMES_MAX:
+        raise HeadError.about(path, found=f"{len(frames)} frames", allowed=ALLOWED)
 
     def numbers(each: Path) -> list[int]:
         return [int(number) for number in re.findall(r"\d{1,9}", each.name)]
 
-    found.sort(key=lambda each: (numbers(each), each.name))
-    return found, _places(path, found, [numbers(each) for each in found])
+    frames.sort(key=lambda each: (numbers(each), each.name))
+    return frames, _places(path, frames, [numbers(each) for each in frames])
 
 
 def _places(path: Path, found: list[Path], numbers: list[list[int]]) -> NDArray[np.int64]:
@@ -189,8 +169,8 @@ def _fill(path: Path, parts: dict[str, Float64Array], fps: float) -> None:
             allowed=f"gaps of up to {GAP_MAX_S:g} s at {fps:g} a second",
             remedy="cut the recording there",
         )
-    told = f"{path}: {lost.sum()} frames missing between others, interpolated"
-    warnings.warn(told, ElocuteWarning, stacklevel=2)
+    warning = f"{path}: {lost.sum()} frames missing between others, interpolated"
+    warnings.warn(warning, ElocuteWarning, stacklevel=2)
     every = np.arange(len(lost))
     for values in parts.values():
         for column in values.T:
@@ -232,12 +212,12 @@ def _parts(
         if name is None:
             continue
         used.add(name)
-        given = rows(name)
-        if given.shape[1] not in widths or len(given) not in (1, count):
-            found = f"{name} of {given.shape[0]} by {given.shape[1]}"
+        columns = rows(name)
+        if columns.shape[1] not in widths or len(columns) not in (1, count):
+            found = f"{name} of {columns.shape[0]} by {columns.shape[1]}"
             raise HeadError.about(path, found=f"no usable {found}", allowed=ALLOWED)
-        for start, place in widths[given.shape[1]]:
-            parts["pose"][:, place : place + 3] = given[:, start : start + 3]
+        for start, place in widths[columns.shape[1]]:
+            parts["pose"][:, place : place + 3] = columns[:, start : start + 3]
     parts["translation"] = np.zeros((count, 3)) if shift is None else rows(shift)
     if parts["translation"].shape not in ((count, 3), (1, 3)):
         raise HeadError.about(path, found="parts that do not fit each other", allowed=ALLOWED)

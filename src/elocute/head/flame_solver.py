@@ -27,15 +27,15 @@ from elocute.numerics.rigid_alignment import rigid_alignment
 Vertices = ArrayLike | ArrayFile
 Unknowns = TypeVar("Unknowns")
 Attempt = Callable[[float], tuple[Unknowns, float]]
-"""Takes how far a step is damped; gives what it leads to, and the cost there."""
+"""Takes the damping of a step; returns the unknowns that it leads to, and their cost."""
 _Shaped = tuple[Float64Array, list[FrameState]]
 """Shape, and the frames that are solved with it."""
 
 REGULARISATION = 1e-6
 SHAPE_FRAMES = 5
-"""Frames that shape is solved with where no neutral face is given."""
+"""How many frames the shape is solved with where no neutral face is given."""
 DRAFT = 1500
-"""Vertices on which most steps are made."""
+"""How many vertices most steps are made on."""
 STEPS, LAST_STEPS = 40, 1
 TURN_COST = 1e-6
 """Cost of a squared radian of neck and eyes, mm² of mean squared distance."""
@@ -92,22 +92,22 @@ def solve_flame(
     ----------
     Li et al. 2017, section 4; the equations are those of `flame_vertices`.
     """
-    given = _checked(model, vertices)
+    points = _checked(model, vertices)
     if model.joint_names != JOINT_NAMES:
         raise HeadError.about("FLAME", found=f"{len(model.parents)} joints", allowed="FLAME's five")
     if not 0 < regularisation < np.inf:
         raise HeadError.about("regularisation", found=f"{regularisation:g}", allowed="above 0 mm²")
     turning = np.array([2] if zero_pose else range(len(JOINT_NAMES)))
     problem = _Problem(model, turning, not zero_pose, regularisation)
-    shape = _solve_shape(problem, given, neutral)
+    shape = _solve_shape(problem, points, neutral)
     known = replace(problem, shape=shape)
     states: list[FrameState] = []
-    for frame in range(len(given)):
-        target = _frame(given, frame)
+    for frame in range(len(points)):
+        target = _frame(points, frame)
         starts = [known.start(target), *states[-1:]]
         states.append(known.solved(target, starts))
         if progress:
-            progress((frame + 1) / len(given))
+            progress((frame + 1) / len(points))
     parameters = FlameParameters(
         shape,
         np.array([state.expression for state in states]),
@@ -115,7 +115,7 @@ def solve_flame(
         np.array([state.translation for state in states]),
         fps,
     )
-    return parameters, _distances(model, parameters, given)
+    return parameters, _distances(model, parameters, points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,15 +273,15 @@ def _descended(
     for _ in range(steps):
         attempt = prepare(state)
         while True:
-            tried, found = attempt(damping)
+            tried, tried_cost = attempt(damping)
             # Where the whole step changes next to nothing, a shorter one does not either.
-            if found < cost or found - cost < CONVERGED * cost or damping > 1e4:
+            if tried_cost < cost or tried_cost - cost < CONVERGED * cost or damping > 1e4:
                 break
             damping *= 10
-        gained = cost - found
+        gained = cost - tried_cost
         if gained <= 0:
             break
-        state, cost, damping = tried, found, max(damping / 10, 1e-12)
+        state, cost, damping = tried, tried_cost, max(damping / 10, 1e-12)
         if gained < CONVERGED * cost or cost < FLOOR_MM2:
             break
     return state
@@ -383,16 +383,16 @@ def _frame(given: NDArray[np.floating] | ArrayFile, frame: int) -> Float64Array:
 
 def _checked(model: FlameModel, vertices: Vertices) -> NDArray[np.floating] | ArrayFile:
     """Vertices of FLAME's mesh; also (frame, 3 · vertex), as predictions are often stored."""
-    given = vertices if isinstance(vertices, ArrayFile) else np.asanyarray(vertices)
+    points = vertices if isinstance(vertices, ArrayFile) else np.asanyarray(vertices)
     count = model.vertex_count
-    fits = given.shape[1:] in ((count, 3), (3 * count,))
-    if not fits or not len(given) or given.dtype.kind != "f":
+    fits = points.shape[1:] in ((count, 3), (3 * count,))
+    if not fits or not len(points) or points.dtype.kind != "f":
         raise HeadError.about(
             "vertices",
-            found=f"{given.dtype} {given.shape}",
+            found=f"{points.dtype} {points.shape}",
             allowed=f"floats (frames, {count}, 3) or (frames, {3 * count}), in metres",
         )
-    return given
+    return points
 
 
 def _distances(

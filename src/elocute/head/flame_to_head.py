@@ -20,24 +20,10 @@ MATERIALS = ("skin", "eyeball")
 def head_from_flame(model: FlameModel, *, name: str = "FLAME") -> HeadModel:
     """A FLAME model as a head: the mean face in zero pose, for every writer and renderer.
 
-    Parameters
-    ----------
-    model : FlameModel
-        The model.
-    name : str
-        Of the head.
-
-    Returns
-    -------
-    HeadModel
-        With all identities and the expressions `flameExpression000`, …, whose weights are standard
-        deviations of either sign. FLAME names no places, so landmarks, lips and regions are empty
-        and mouth measures refuse this head.
-
-    Notes
-    -----
-    A HeadModel has no pose correctives, and its joints do not move with expressions; where these
-    matter, use `flame_vertices`.
+    It has all identities and the expressions `flameExpression000`, …, whose weights are standard
+    deviations of either sign. FLAME names no places, so landmarks, lips and regions are empty and
+    mouth measures refuse this head. A HeadModel has no pose correctives, and its joints do not move
+    with expressions; where these matter, use `flame_vertices`.
     """
     identity = np.moveaxis(model.identity_basis, 2, 0)
     expression = np.moveaxis(model.expression_basis, 2, 0)

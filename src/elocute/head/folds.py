@@ -67,8 +67,8 @@ class Folds:
         before = np.linalg.norm(rest[one] - rest[two], axis=1)
         after = np.linalg.norm(points[one] - points[two], axis=1)
         shorter = self.weight * (1 - after / np.maximum(before, 1e-9))
-        found = np.bincount(self.zone, shorter, ZONES)
-        share = np.clip((found - self.reach[:, 0]) / np.ptp(self.reach, axis=1), 0, 1)
+        shortening = np.bincount(self.zone, shorter, ZONES)
+        share = np.clip((shortening - self.reach[:, 0]) / np.ptp(self.reach, axis=1), 0, 1)
         return (share * share * (3 - 2 * share)).astype(np.float32)
 
     def masks_at(self, vertices: NDArray[np.integer]) -> NDArray[np.uint8]:

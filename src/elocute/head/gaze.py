@@ -10,21 +10,13 @@ from elocute.numerics.rigid_alignment import nearest_rotation, turned_degrees
 SIDES = ("Left", "Right")
 DIRECTIONS = ("Up", "Down", "In", "Out")
 TYPICAL_DEG = 30.0
-"""How far a look turns eyes that are not known."""
+"""How far a look shape turns the eyes of a head whose eyeballs are not known."""
 
 
 def gaze_reach(head: HeadModel) -> dict[str, float]:
-    """How far the eyeLook shapes of a head turn its eyes at weight one.
+    """Degrees by which ARKit's eyeLook shapes of a head turn its eyes at weight one.
 
-    Parameters
-    ----------
-    head : HeadModel
-        With ARKit's eyeLook shapes.
-
-    Returns
-    -------
-    dict of str to float
-        Degrees, the mean of both eyes, by "Up", "Down", "In" and "Out".
+    They are the mean of both eyes, by "Up", "Down", "In" and "Out".
     """
     if not has_eyeballs(head):
         return dict.fromkeys(DIRECTIONS, TYPICAL_DEG)

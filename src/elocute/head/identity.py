@@ -71,21 +71,10 @@ def _named() -> dict[str, list[float]]:
 
 
 def identity_choice(identity: str | int | Path) -> str:
-    """What a caller names as `identity`, as the text that `resolve_identity` takes.
+    """A name, a seed, or the path of a JSON file of coefficients, as the text that
+    `resolve_identity` takes.
 
-    Parameters
-    ----------
-    identity : str, int or Path
-        A name, a seed, or a JSON file of coefficients.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    HeadError
-        For a path that is none.
+    Raises HeadError for a path that cannot be that of such a file.
     """
     if isinstance(identity, os.PathLike):
         identity = path_of(identity, HeadError)
@@ -125,8 +114,8 @@ def resolve_identity(choice: str, head: HeadModel | None = None) -> NDArray[np.f
     if choice.lower().endswith(".json"):
         if head is not None:
             return read_identity(Path(choice), 1, count)
-        given = read_identity(Path(choice))
-        return np.pad(given, (0, count - len(given)))
+        coefficients = read_identity(Path(choice))
+        return np.pad(coefficients, (0, count - len(coefficients)))
     known = ", ".join(("mean", *names))
     raise HeadError.about(
         f"identity {choice[:60]!r}",

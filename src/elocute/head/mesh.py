@@ -60,23 +60,10 @@ def read_mesh(path: str | Path) -> tuple[NDArray[np.float32], NDArray[np.int32]]
 
 
 def head_from_mesh(path: str | Path) -> HeadModel:
-    """A mesh file as a head.
+    """A mesh file (.obj or .ply) as a head; raises as `read_mesh`.
 
-    Parameters
-    ----------
-    path : str or Path
-        An .obj or .ply file.
-
-    Returns
-    -------
-    HeadModel
-        The built-in head with that neutral face where the topology is the same; otherwise a head
-        that names no places.
-
-    Raises
-    ------
-    HeadError
-        As `read_mesh`.
+    Where the topology is the same, it is the built-in head with that neutral face; otherwise a head
+    that names no places.
     """
     points, faces = read_mesh(path)
     builtin = load_builtin_head()
@@ -160,19 +147,12 @@ def head_from_arrays(
 def with_template(head: HeadModel, template: NDArray[np.float32], name: str) -> HeadModel:
     """The same rig with another neutral face; joints move with the vertices around them.
 
+    The head, which messages call `name`, has no identity space.
+
     Parameters
     ----------
-    head : HeadModel
-        The rig.
     template : (vertex, 3) float32
         Metres.
-    name : str
-        What messages call the face.
-
-    Returns
-    -------
-    HeadModel
-        Without an identity space.
 
     Raises
     ------

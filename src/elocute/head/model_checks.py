@@ -87,10 +87,10 @@ def _check_kinds(head: Mapping[str, Any]) -> None:
     kinds += [(name, head[name], "iu") for name in _WHOLE]
     for name, values, allowed in (*kinds, *((name, v, "iu") for name, v in regions.items())):
         if not isinstance(values, np.ndarray) or values.dtype.kind not in allowed:
-            found = values.dtype if isinstance(values, np.ndarray) else type(values).__name__
+            actual = values.dtype if isinstance(values, np.ndarray) else type(values).__name__
             refuse(
                 head,
-                f"{name} of {found}",
+                f"{name} of {actual}",
                 "floating-point numbers" if allowed == "f" else "whole numbers",
             )
         if values.size > NUMBERS_MAX:
@@ -127,9 +127,9 @@ def _check_shapes(head: Mapping[str, Any]) -> None:
         "mirror": (vertex,),
     }
     for field_name, shape in expected.items():
-        found = head[field_name].shape
-        if found != shape and not (found == (0,) and field_name in _MAY_BE_EMPTY):
-            refuse(head, f"{field_name} is {found}", str(shape))
+        actual = head[field_name].shape
+        if actual != shape and not (actual == (0,) and field_name in _MAY_BE_EMPTY):
+            refuse(head, f"{field_name} is {actual}", str(shape))
     if len(head["joint_parents"]) != joint:
         refuse(head, f"{len(head['joint_parents'])} parents for {joint} joints")
 

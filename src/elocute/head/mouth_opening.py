@@ -16,9 +16,10 @@ ENDS = 0.70
 """Where the line ends, as a share of the way from its middle to the corners of the mouth: lips are
 close together beside it."""
 REACH, LEAST_REACH_M = 4.5, 0.0030
-"""How deep light comes in, by half the opening's mean height, and through lips that are shut."""
+"""How much deeper light comes in by half the opening's mean height, and how deep through shut
+lips."""
 NO_LIPS_M = 1e6
-"""The same of a head that names no lips: as if they were wide open."""
+"""The depth for a head that names no lips: as if they were wide open."""
 
 
 def mouth_opening(head: HeadModel, points: FloatArray) -> Float32Array:
@@ -26,10 +27,8 @@ def mouth_opening(head: HeadModel, points: FloatArray) -> Float32Array:
 
     Parameters
     ----------
-    head : HeadModel
-        Whose lips.
     points : (vertex, 3)
-        Its vertices, m.
+        The head's vertices, m.
 
     Returns
     -------

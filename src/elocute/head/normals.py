@@ -67,16 +67,9 @@ def morphed_normals(
 
 
 def moved_vertices(shape: FloatArray) -> NDArray[np.bool_]:
-    """Which vertices a shape moves; faster than `any` over short rows.
+    """Which vertices (vertex,) a shape (vertex, 3) of displacements moves.
 
-    Parameters
-    ----------
-    shape : (vertex, 3)
-        Displacements.
-
-    Returns
-    -------
-    (vertex,) bool
+    This is faster than `any` over short rows.
     """
     return (shape[:, 0] != 0) | (shape[:, 1] != 0) | (shape[:, 2] != 0)
 
@@ -103,17 +96,11 @@ def _unit(sums: NDArray[np.float64]) -> FloatArray:
 
 
 def linear_colors(head: HeadModel) -> FloatArray:
-    """Colours of a head in linear light, with the baked occlusion in them.
-
-    Parameters
-    ----------
-    head : HeadModel
-        The head.
+    """Colours of a head in linear light, 0 to 1, with the baked occlusion in them.
 
     Returns
     -------
     (vertex, 3) float32
-        0 to 1.
     """
     srgb = head.vertex_color.astype(np.float32) / 255
     linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)

@@ -31,18 +31,14 @@ def shape_reach(
     """Factors of the shapes that depend on the face: a blink shuts an eye that is wider open, round
     lips are as round from the corners of a wider mouth.
 
+    They are (3,) float32, for x, y and z of the displacements, by the name of a shape. Shapes that
+    stay are left out, and those of a head that does not name its lids or corners, or has them in
+    one place. The head has the face that its shapes fit.
+
     Parameters
     ----------
-    head : HeadModel
-        With the face that its shapes fit.
     template : (vertex, 3)
         Another neutral face, m.
-
-    Returns
-    -------
-    dict of str to (3,) float32
-        By the name of a shape; x, y and z of its displacements. Shapes that stay are left out, and
-        those of a head that does not name its lids or corners, or has them in one place.
     """
     reach = {}
     for side in ("left", "right"):

@@ -105,8 +105,8 @@ def surfaces_of_arrays(stored: Mapping[str, NDArray[Any]]) -> dict[str, Surface]
         raw = stored[f"surface/{number}"]
         if raw.nbytes > FINISH_MAX_BYTES:
             raise HeadError(f"a surface of {raw.nbytes} bytes; allowed: {FINISH_MAX_BYTES}")
-        given = parse_json(raw.tobytes(), "surface", allowed="a surface", error=HeadError)
-        record = as_record(given, "surface", "a surface", HeadError)
+        parsed = parse_json(raw.tobytes(), "surface", allowed="a surface", error=HeadError)
+        record = as_record(parsed, "surface", "a surface", HeadError)
         images = {
             image: stored[f"surface/{number}/{image}"].tobytes()
             for image in IMAGES

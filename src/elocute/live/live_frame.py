@@ -17,17 +17,7 @@ from elocute.motion.motion import Motion
 
 @dataclass(frozen=True, eq=False)
 class LiveFrame:
-    """A frame of the built-in head.
-
-    Parameters
-    ----------
-    number : int
-        From 0.
-    fps : float
-        Frames per second.
-    frame : Frame
-        As `elocute.stream` gave it.
-    """
+    """A frame of the built-in head, as `elocute.stream` gave it, and its number from 0."""
 
     number: int
     fps: float

@@ -20,14 +20,9 @@ LATE_S = 0.1
 
 @dataclass
 class Sent:
-    """What became of the frames of a run.
+    """How many frames of a run were sent and dropped.
 
-    Parameters
-    ----------
-    sent, dropped : int
-        Frames.
-    late_s : list of float
-        By how much each that was sent came later than the look-ahead, s.
+    `late_s` says by how many seconds each that was sent came later than the look-ahead.
     """
 
     sent: int
@@ -40,24 +35,8 @@ def send_live(
 ) -> Sent:
     """Animate sound while it comes in, and send each frame `lookahead_s` after its own time.
 
-    The first block tells when the sound began. An interruption ends the sound.
-
-    Parameters
-    ----------
-    blocks : iterable of (sample,) float32
-        Each when it was heard.
-    rate : int
-        Of the sound, Hz.
-    stream : Stream
-        That animates it.
-    outputs : sequence of Output
-        Where frames go.
-    fps : float
-        Of the stream.
-
-    Returns
-    -------
-    Sent
+    `blocks` (sample,) come each when it was heard, `rate` samples a second; `fps` is that of the
+    stream. The first block tells when the sound began. An interruption ends the sound.
     """
     waiting: queue.SimpleQueue[tuple[float, LiveFrame] | None] = queue.SimpleQueue()
     result = Sent(0, 0, [])

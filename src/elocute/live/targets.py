@@ -27,16 +27,10 @@ class Encoder(Protocol):
 
 @dataclass(frozen=True)
 class Target:
-    """A kind of target.
+    """A kind of target: the UDP port on which such programs listen, and who they are in a few
+    words.
 
-    Parameters
-    ----------
-    module, encoder : str
-        The module of this package that has it, and what in it makes a new encoder.
-    port : int
-        The UDP port on which such programs listen.
-    about : str
-        Who listens, in a few words.
+    `module` is that of this package which has it, `encoder` what in it makes a new encoder.
     """
 
     module: str
@@ -61,15 +55,7 @@ TARGETS: dict[str, Target] = {
 
 
 class Output:
-    """An encoder and the address that its packets go to.
-
-    Parameters
-    ----------
-    encoder : Encoder
-        What makes packets.
-    address : (str, int)
-        A numeric address and a port.
-    """
+    """An encoder and the numeric address and port that its packets go to."""
 
     def __init__(self, encoder: Encoder, address: tuple[str, int]) -> None:
         self._encoder, self.address = encoder, address
@@ -92,16 +78,8 @@ class Output:
 def open_outputs(wanted: Sequence[str], *, allow_remote: bool = False) -> list[Output]:
     """Outputs for targets as the command line names them.
 
-    Parameters
-    ----------
-    wanted : sequence of str
-        NAME, NAME=HOST, NAME=:PORT or NAME=HOST:PORT, with a name of `TARGETS`.
-    allow_remote : bool
-        Whether hosts other than this machine may be sent to.
-
-    Returns
-    -------
-    list of Output
+    They are NAME, NAME=HOST, NAME=:PORT or NAME=HOST:PORT, with a name of `TARGETS`; other machines
+    than this one are allowed by `allow_remote` alone.
 
     Raises
     ------
@@ -130,9 +108,9 @@ def _parsed(text: str) -> tuple[str, tuple[str, int]]:
     if (colon and not port.isdecimal()) or not 0 < number < 65536:
         raise InputError.about(f"`to` {text[:60]}", found=f"port {port!r}", allowed="1 to 65535")
     try:
-        found = socket.getaddrinfo(host or LOOPBACK, number, type=socket.SOCK_DGRAM)
+        addresses = socket.getaddrinfo(host or LOOPBACK, number, type=socket.SOCK_DGRAM)
     except (OSError, UnicodeError) as error:
         raise InputError.about(
             f"`to` {text[:60]}", found=f"no address of {host!r} ({error})", allowed="a host"
         ) from error
-    return name, (str(found[0][4][0]), number)
+    return name, (str(addresses[0][4][0]), number)

@@ -18,17 +18,11 @@ from elocute.speech.times.read import SpeechTimes
 
 @dataclass(frozen=True)
 class KnownSpeech:
-    """Phones as `extract_features` takes them, and notes that come up meanwhile.
+    """Phones as `extract_features` takes them, None where nothing is known, and what comes up
+    later.
 
-    Parameters
-    ----------
-    phones : list of (float, float, str), callable or None
-        None where nothing is known.
-    notes : list of str
-        What to know about them; grows while the features are made.
-    words : list of (float, float, str)
-        Start in s, end in s and word, where words are known, with the marks of a given text; grows
-        likewise.
+    `notes` say what to know about the phones and `words` are start in s, end in s and word, with
+    the marks of a given text, where words are known; both grow while the features are made.
     """
 
     phones: list[Label] | PhoneRefiner | None
@@ -43,20 +37,8 @@ class KnownSpeech:
 def known_speech(
     phones: list[Label] | SpeechTimes | None, text: str | None, language: str
 ) -> KnownSpeech:
-    """What a caller knows of a speech.
-
-    Parameters
-    ----------
-    phones : list of (float, float, str), SpeechTimes or None
-        Phones with their times, or what a file of such times holds.
-    text : str or None
-        What is said.
-    language : str
-        Of the words.
-
-    Returns
-    -------
-    KnownSpeech
+    """What a caller knows of a speech: phones with their times, what a file of such times holds, or
+    what is said in the language.
 
     Raises
     ------
@@ -75,18 +57,18 @@ def known_speech(
 
 def transcribed_speech(transcript: Transcript, notes: tuple[str, ...] = ()) -> KnownSpeech:
     """What a transcript says of a speech: nothing where no words were recognised."""
-    told, words = [*notes, *transcript.notes], list[Label]()
+    all_notes, words = [*notes, *transcript.notes], list[Label]()
     if not transcript.words:
-        return KnownSpeech(None, told)
+        return KnownSpeech(None, all_notes)
 
     def refine(heard: Float32Array, duration_s: float) -> Float32Array:
-        found = aligned(transcript, heard, duration_s)
-        told.extend(found.notes)
-        spoken = [(word.start_s, word.end_s, word.text) for word in found.words]
+        alignment = aligned(transcript, heard, duration_s)
+        all_notes.extend(alignment.notes)
+        spoken = [(word.start_s, word.end_s, word.text) for word in alignment.words]
         words.extend(as_written(spoken, transcript.text))
-        return found.posteriors
+        return alignment.posteriors
 
-    return KnownSpeech(refine, told, words)
+    return KnownSpeech(refine, all_notes, words)
 
 
 def _timed(times: SpeechTimes, language: str) -> KnownSpeech:
@@ -94,14 +76,14 @@ def _timed(times: SpeechTimes, language: str) -> KnownSpeech:
         known = transcribed_speech(Transcript.of_words(times.words, language), times.notes)
         inner = _within(times, known.phones, known.notes)
         return KnownSpeech(inner, known.notes, known.words)
-    told = list(times.notes)
+    notes = list(times.notes)
 
     def refine(heard: Float32Array, duration_s: float) -> Float32Array:
         return blended_posteriors(
             times.phones, heard, duration_s, unknown=times.unknown, heard_share=0.0
         )
 
-    return KnownSpeech(_within(times, refine, told), told, list(times.words))
+    return KnownSpeech(_within(times, refine, notes), notes, list(times.words))
 
 
 def _within(

@@ -156,19 +156,11 @@ def ipa_phone(symbol: str, language: str = "") -> str | None:
 
 
 def ipa_phones(symbol: str, language: str = "") -> list[str]:
-    """Phones for an IPA symbol with its marks, or for several symbols in a row.
+    """Phones for an IPA symbol with its marks, or for several symbols in a row: of PHONES,
+    [PROLONGS] for a mark alone, none for an unknown symbol.
 
-    Parameters
-    ----------
-    symbol : str
-        As espeak-ng, MFA and dictionaries write it: t, tʃ, also əl and ɑːɹ, which are two.
-    language : str
-        Whose phones they are, as `de` or `en-us`.
-
-    Returns
-    -------
-    list of str
-        Of PHONES; [PROLONGS] for a mark alone, none for an unknown symbol.
+    The symbol is as espeak-ng, MFA and dictionaries write it: t, tʃ, also əl and ɑːɹ, which are
+    two. The language, as `de` or `en-us`, says whose phones they are.
     """
     special = BY_LANGUAGE.get(language[:2], {})
     if symbol in special:
@@ -176,7 +168,7 @@ def ipa_phones(symbol: str, language: str = "") -> list[str]:
     bare = _bare(symbol)
     if not bare:
         return [PROLONGS if symbol.strip("_ :|") else REST]
-    found: list[str] = []
+    phones: list[str] = []
     at = 0
     while at < len(bare):
         head = next(
@@ -188,16 +180,16 @@ def ipa_phones(symbol: str, language: str = "") -> list[str]:
             None,
         )
         if head is None:
-            return found
-        breath = found and head == "h" and bare[at - 1] not in _VOWELS
-        found += [] if breath else special.get(head, IPA.get(head, "")).split()
+            return phones
+        breath = phones and head == "h" and bare[at - 1] not in _VOWELS
+        phones += [] if breath else special.get(head, IPA.get(head, "")).split()
         at += len(head)
-    return found
+    return phones
 
 
 def one_ipa_phone(symbol: str, language: str = "") -> str | None:
-    """As `ipa_phones`, joined by spaces, but None for what is no one symbol: a word has IPA's
-    letters too."""
+    """As `ipa_phones`, joined by spaces, but None for what is not a single symbol: a word
+    has IPA's letters too."""
     bare = _bare(symbol)
     letters = set(bare)
     vowels = len(bare) <= 3 and letters <= _VOWELS | _GLIDES | _COLOURS and bare[:1] not in _COLOURS
@@ -205,8 +197,8 @@ def one_ipa_phone(symbol: str, language: str = "") -> str | None:
     alone = not bare and not any(letter.isalnum() for letter in symbol if _is_plain(letter))
     if not (bare in IPA or (bare and (vowels or affricate)) or alone):
         return None
-    found = ipa_phones(symbol, language)
-    return " ".join(found) if found else None
+    phones = ipa_phones(symbol, language)
+    return " ".join(phones) if phones else None
 
 
 def _bare(symbol: str) -> str:
@@ -301,31 +293,18 @@ ALPHABETS: dict[str, Callable[[str, str], str | None]] = {
     "romaji": romaji_phone,
     **{kind: _viseme(kind) for kind in VISEMES},
 }
-"""Of two that know a whole file, the first is taken."""
+"""Alphabets; of two that know all symbols of a file, the first is taken."""
 GUESSED = ("arpabet", "ipa", "x-sampa", "espeak")
-"""Those that a file need not name: visemes are known by their format."""
+"""Alphabets that a file need not name; visemes are known by their format."""
 TELLING = {"pinyin": re.compile("[a-zü:]+[1-5]"), "romaji": re.compile("ch|sh|cl|[kgnhbpmr]y")}
-"""An alphabet that knows all symbols, and has one that only it writes so, is taken first: v4 is no
-v."""
+"""Symbols that only one alphabet writes so: where it also knows all others, it is taken first."""
 
 
 def phone_of(symbol: str, alphabet: str, language: str = "") -> str | None:
-    """Phones for a symbol.
+    """One of PHONES, or several joined by spaces, for a phone, a pause or a mark of an alphabet.
 
-    Parameters
-    ----------
-    symbol : str
-        A phone, a pause, or a mark.
-    alphabet : str
-        One of ALPHABETS.
-    language : str
-        Whose phones they are, where it matters.
-
-    Returns
-    -------
-    str or None
-        One of PHONES, or several joined by spaces; PROLONGS for a mark alone, SPOKEN_NOISE where
-        nobody knows the phone, None for what the alphabet has not.
+    PROLONGS stands for a mark alone, SPOKEN_NOISE where nobody knows the phone, None for what the
+    alphabet has not. The language says whose phones they are, where it matters.
     """
     name = symbol.strip()
     # Kaldi marks the place of a phone in its word: AH_B, AH_I, AH_E, AH_S.
@@ -341,19 +320,8 @@ def phone_of(symbol: str, alphabet: str, language: str = "") -> str | None:
 
 
 def alphabet_of(symbols: Iterable[str]) -> tuple[str, list[str]]:
-    """The alphabet that knows most of the symbols of a file.
-
-    Parameters
-    ----------
-    symbols : iterable of str
-        Of one file.
-
-    Returns
-    -------
-    alphabet : str
-        One of GUESSED or TELLING.
-    unknown : list of str
-        The symbols that it does not know.
+    """The alphabet (of GUESSED or TELLING) that knows most of the symbols of a file, and the
+    symbols that it does not know.
     """
     different = dict.fromkeys(symbols)
     for alphabet, telling in TELLING.items():
@@ -370,19 +338,8 @@ def alphabet_of(symbols: Iterable[str]) -> tuple[str, list[str]]:
 
 
 def nearest_symbols(symbol: str, alphabet: str) -> list[str]:
-    """The symbols of an alphabet that are spelled most like one that it does not have.
-
-    Parameters
-    ----------
-    symbol : str
-        The unknown symbol.
-    alphabet : str
-        One of ALPHABETS.
-
-    Returns
-    -------
-    list of str
-        Three at most, the nearest first.
+    """The symbols of an alphabet, three at most, spelled most like one that it lacks; nearest
+    first.
     """
     known = {
         "arpabet": [*PHONES, *ARPABET_TOO],

@@ -73,24 +73,24 @@ def find_phones(
         model is missing.
     """
     check_alone(times=times, text=text, transcribe=transcribe or None)
-    told: list[str] = []
-    sound = resolve_speech(speech, rate, channel, track=track, partial=partial, notes=told)
-    heard, duration_s = _heard(sound, channel, told)
+    sound_notes: list[str] = []
+    sound = resolve_speech(speech, rate, channel, track=track, partial=partial, notes=sound_notes)
+    heard, duration_s = _heard(sound, channel, sound_notes)
     if text is not None or transcribe:
         if text is None:
             transcript = recognise(sound, transcribe, language, channel)
         else:
             transcript = Transcript.of_text(text, language)
-        return _aligned(transcript, heard, duration_s, tuple(told))
+        return _aligned(transcript, heard, duration_s, tuple(sound_notes))
     if times is not None:
-        notes = (*told, *times.notes, *times.check(duration_s))
+        notes = (*sound_notes, *times.notes, *times.check(duration_s))
         if times.phones:
             return TimedSpeech(times.phones, times.words, duration_s, notes)
         return _aligned(Transcript.of_words(times.words, language), heard, duration_s, notes)
     phones = tuple(heard_phones(heard, duration_s))
     if not phones:
-        told.append("no speech heard")
-    return TimedSpeech(phones, (), duration_s, tuple(told))
+        sound_notes.append("no speech heard")
+    return TimedSpeech(phones, (), duration_s, tuple(sound_notes))
 
 
 def find_words(
@@ -98,32 +98,18 @@ def find_words(
 ) -> TimedWords:
     """Recognise the words of a speech, and find when each is said.
 
-    Parameters
-    ----------
-    speech, transcribe, language
-        As `find_phones` takes them.
-
-    Returns
-    -------
-    TimedWords
-        Words with the confidence of their alignment, 0 where the recogniser is unsure.
-
-    Raises
-    ------
-    AlignmentError
-        Where no words are recognised.
-    ElocuteError
-        As `find_phones`.
+    Takes and raises what `find_phones` does, and AlignmentError where no words are recognised. The
+    words have the confidence of their alignment, 0 where the recogniser is unsure.
     """
     sound = resolve_speech(speech)
     heard, duration_s = _heard(sound, None, [])
-    found = aligned(recognise(sound, transcribe, language), heard, duration_s)
-    if not found.words:
+    alignment = aligned(recognise(sound, transcribe, language), heard, duration_s)
+    if not alignment.words:
         raise AlignmentError.about("sound", found="no words that are recognised", allowed="speech")
     return TimedWords(
         tuple(
             TimedWord(word.text, word.start_s, min(word.end_s, duration_s), word.confidence)
-            for word in found.words
+            for word in alignment.words
         ),
         duration_s,
     )
@@ -132,10 +118,10 @@ def find_words(
 def _aligned(
     transcript: Transcript, heard: Float32Array, duration_s: float, notes: tuple[str, ...]
 ) -> TimedSpeech:
-    found = aligned(transcript, heard, duration_s)
-    spans = tuple((word.start_s, word.end_s, word.text) for word in found.words)
-    notes = (*notes, *transcript.notes, *found.notes)
-    return TimedSpeech(found.phones, spans, duration_s, notes, transcript.text)
+    alignment = aligned(transcript, heard, duration_s)
+    spans = tuple((word.start_s, word.end_s, word.text) for word in alignment.words)
+    notes = (*notes, *transcript.notes, *alignment.notes)
+    return TimedSpeech(alignment.phones, spans, duration_s, notes, transcript.text)
 
 
 def _heard(

@@ -35,9 +35,7 @@ def align_command(
         "softdtw",
         help=f"Method: {', '.join(METHODS)}. The last three train a network.",
     ),
-    encoder: str = typer.Option(
-        "fbank", help="Speech encoder: fbank, phones and the like; windows for 41 x 128 x 3."
-    ),
+    encoder: str = options.AlignmentEncoder,
     find: bool = typer.Option(False, help="Find the target (a word) in the source (a sentence)."),
     band: float | None = typer.Option(
         None,
@@ -76,17 +74,17 @@ def align_command(
     _check_lengths(paths, [sound.duration_s for sound in sounds])
     views = [_view(*pair, encoder) for pair in zip(paths, sounds, strict=True)]
     with logged_progress(f"fitting {method}", as_json) as progress:
-        found = methods.align(views, method, config, seed, progress)
+        alignment = methods.align(views, method, config, seed, progress)
     if plot is not None and plan.wants(plot):
-        title = f"{source.name} onto {target.name}: {method}, score {found.score:.3f}"
+        title = f"{source.name} onto {target.name}: {method}, score {alignment.score:.3f}"
         with plan.writing(plot):
-            _plot(sounds, found, plot, title)
+            _plot(sounds, alignment, plot, title)
     if as_json:
-        record: dict[str, Any] = {"method": method, "encoder": encoder, "score": found.score}
+        record: dict[str, Any] = {"method": method, "encoder": encoder, "score": alignment.score}
         record |= {"rate_hz": FEATURE_RATE, "frames": [len(view) for view in views]}
-        print(json.dumps(record | {"path": found.path.tolist()}))
+        print(json.dumps(record | {"path": alignment.path.tolist()}))
     else:
-        _show(found, source.name, find)
+        _show(alignment, source.name, find)
 
 
 def _check_lengths(paths: Sequence[Path], durations_s: Sequence[float]) -> None:

@@ -208,9 +208,9 @@ def _animate_all(
                 if single:
                     raise
                 failures += 1
-                told = in_flags(str(error))
-                print(f"elocute: {told}", file=sys.stderr)
-                record = {"input": str(file), "error": told}
+                message = in_flags(str(error))
+                print(f"elocute: {message}", file=sys.stderr)
+                record = {"input": str(file), "error": message}
             one_done()
             if outputs.as_json:
                 print(json.dumps(record), flush=True)
@@ -256,10 +256,10 @@ def _takes(given: list[Path], recursive: bool) -> tuple[list[_Take], bool]:
             takes.append(_Take(path))
             continue
         sounds = path.rglob("*") if recursive else path.iterdir()
-        found = sorted(p for p in sounds if p.suffix.lower() in SOUND_SUFFIXES and not p.is_dir())
+        files = sorted(p for p in sounds if p.suffix.lower() in SOUND_SUFFIXES and not p.is_dir())
         skipped = [] if recursive else _folders_with_sound(path)
         remedy = "--recursive includes subfolders" if skipped else ""
-        if not found:
+        if not files:
             raise InputError.about(
                 path,
                 found="no sound file in this folder",
@@ -268,9 +268,9 @@ def _takes(given: list[Path], recursive: bool) -> tuple[list[_Take], bool]:
             )
         if skipped:
             folders = "subfolder" if len(skipped) == 1 else "subfolders"
-            told = f"{len(skipped)} {folders} with sound left out"
-            print(f"elocute: {path}: {told}; {remedy}", file=sys.stderr)
-        takes += [_Take(p, p.parent.relative_to(path)) for p in found]
+            left_out = f"{len(skipped)} {folders} with sound left out"
+            print(f"elocute: {path}: {left_out}; {remedy}", file=sys.stderr)
+        takes += [_Take(p, p.parent.relative_to(path)) for p in files]
     return takes, len(given) == 1 and not given[0].is_dir()
 
 

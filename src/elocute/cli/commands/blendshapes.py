@@ -11,11 +11,10 @@ import typer
 from elocute.capture.blendshapes.settings import BlendshapeConfig
 from elocute.cli import format_options, options
 from elocute.cli.command_group import CommandGroup
-from elocute.cli.json_reports import write_json_report
-from elocute.cli.outputs import check_file_suffix, nothing_to_do, plan_files
+from elocute.cli.name_lists import names_of_part
+from elocute.cli.outputs import check_file_suffix, nothing_to_do, plan_files, write_json_report
 from elocute.cli.progress import progress_bar
 from elocute.cli.settings_options import options_of
-from elocute.errors import CorpusError, InputError
 from elocute.files.output_plan import OutputPlan
 
 if TYPE_CHECKING:
@@ -33,7 +32,7 @@ ARKIT = "arkit"
 
 @app.command("learn")
 def learn_command(
-    corpus: Path = typer.Argument(..., help="A corpus folder."),
+    corpus: Path = options.Corpus,
     output: Path = typer.Option(
         ..., "-o", "--output", help="Basis to write (.npz), or its shapes as morph targets (.glb)."
     ),
@@ -56,7 +55,9 @@ def learn_command(
         return
     opened = open_corpus(corpus)
     with progress_bar("learning", as_json) as progress:
-        learned = learn_blendshapes(opened, _names(opened, split, part), config, progress)
+        learned = learn_blendshapes(
+            opened, names_of_part(opened, split, part, PARTS), config, progress
+        )
     with plan.writing(output):
         write(sweep_shapes(learned.head), output)
     explained = [round(float(share), 6) for share in learned.explained]
@@ -117,9 +118,7 @@ def compare_command(
     ),
     split: str = options.Split,
     part: str = typer.Option("test", help="Part to project: train, validation, test or all."),
-    output: Path | None = typer.Option(
-        None, "-o", "--output", help="Also write the report (.json)."
-    ),
+    output: Path | None = options.JsonReport,
     plot: Path | None = typer.Option(None, "--plot", help="Plot the errors over frames (.png)."),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
@@ -139,15 +138,17 @@ def compare_command(
     opened = open_corpus(corpus)
     bases = _bases(opened, basis, against, split)
     with progress_bar("projecting", as_json) as progress:
-        found = reconstruction_errors(opened, _names(opened, split, part), bases, progress)
+        projections = reconstruction_errors(
+            opened, names_of_part(opened, split, part, PARTS), bases, progress
+        )
     if plot is not None and plan.wants(plot):
         with plan.writing(plot):
-            _plot(found, opened.fps, plot)
+            _plot(projections, opened.fps, plot)
     record = {
         "corpus": corpus.name,
         "part": part,
-        "frames": len(found[0].errors_mm),
-        "bases": {p.name: {"components": p.components, "mean_mm": p.mean_mm} for p in found},
+        "frames": len(projections[0].errors_mm),
+        "bases": {p.name: {"components": p.components, "mean_mm": p.mean_mm} for p in projections},
     }
     text = json.dumps(record)
     if output is not None and plan.wants(output):
@@ -156,19 +157,8 @@ def compare_command(
     if as_json:
         print(text)
         return
-    for projection in found:
+    for projection in projections:
         print(f"{projection.name:24} {projection.components:4} shapes {projection.mean_mm:8.4f} mm")
-
-
-def _names(corpus: Corpus, split: str, part: str) -> list[str]:
-    if part not in PARTS:
-        raise InputError.about(f"--part {part}", found="unknown", allowed=", ".join(PARTS))
-    if part == "all":
-        return [entry.name for entry in corpus.entries]
-    names = list(corpus.split(split).parts()[part])
-    if not names:
-        raise CorpusError.about(corpus.folder, found=f"no clip in {part} of split {split}")
-    return names
 
 
 def _bases(corpus: Corpus, learned: list[Path], against: str, split: str) -> list[BasisProjection]:

@@ -79,11 +79,11 @@ def scan_command(
     model = open_head(head)
     scan = read_scan(file, unit)
     known = known_landmarks(model, scan, landmarks, unit)
-    found, neutral = _registered(model, scan, known, template, method)
-    points = neutral if zero_pose else found.vertices / unit_m(unit)
+    registration, neutral = _registered(model, scan, known, template, method)
+    points = neutral if zero_pose else registration.vertices / unit_m(unit)
     with plan.writing(output), write_atomically(output) as draft:
         draft.write_bytes(_mesh_bytes(model, output.suffix.lower(), points))
-    _report(file, output, found, as_json)
+    _report(file, output, registration, as_json)
 
 
 def _registered(
@@ -101,13 +101,13 @@ def _registered(
     if template is not None:
         model = with_template(model, read_mesh(template)[0], model.name)
     if template is None and method == "model":
-        own, found = register_neutral(model, scan, known)
-        return found, own.vertices
+        own, registration = register_neutral(model, scan, known)
+        return registration, own.vertices
     if method == "nicp":
-        found, _ = register_nonrigid(Template(model), scan, known)
+        registration, _ = register_nonrigid(Template(model), scan, known)
     else:
-        found = register_scan(Template(model), scan, known)
-    return found, found.zero
+        registration = register_scan(Template(model), scan, known)
+    return registration, registration.zero
 
 
 def _mesh_bytes(head: HeadModel, suffix: str, points: Any) -> bytes:

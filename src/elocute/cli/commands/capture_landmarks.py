@@ -65,13 +65,13 @@ def landmarks_command(
     with mediapipe_landmarks() as detector:
         if output is not None:
             with plan.writing(output):
-                found, failed = _of_file(scans, output, unit or "m", detector)
+                written, failed = _of_file(scans, output, unit or "m", detector)
         else:
-            found, failed = _of_folder(scans, unit, detector, as_json)
+            written, failed = _of_folder(scans, unit, detector, as_json)
     if as_json:
-        print(json.dumps({"scans": str(scans), "found": found, "failed": failed}))
+        print(json.dumps({"scans": str(scans), "found": written, "failed": failed}))
     else:
-        print(f"{found} scans with landmarks, {len(failed)} without")
+        print(f"{written} scans with landmarks, {len(failed)} without")
         for line in failed:
             typer.echo(f"elocute: {line}", err=True)
     if failed:
@@ -110,8 +110,8 @@ def _of_file(
 ) -> tuple[int, list[str]]:
     from elocute.registration.scan_file import read_scan
 
-    told = _written(read_scan(scan, unit), unit, output, detector)
-    return int(not told), [f"{scan}: {told}"] if told else []
+    fault = _written(read_scan(scan, unit), unit, output, detector)
+    return int(not fault), [f"{scan}: {fault}"] if fault else []
 
 
 def _of_folder(
@@ -127,18 +127,18 @@ def _of_folder(
         for number in sequence.numbers
         if sequence.landmark_file(number) is None
     ]
-    found, failed = 0, []
+    written, failed = 0, []
     with progress_bar(f"detecting landmarks in {folder.name}", quiet) as progress:
         for done, (sequence, number) in enumerate(waiting, start=1):
             place = sequence.folder / FOLDER / f"{sequence.file(number).stem}.json"
             try:
-                told = _written(sequence.scan(number), sequence.metadata.unit, place, detector)
+                fault = _written(sequence.scan(number), sequence.metadata.unit, place, detector)
             except CaptureError as error:
-                told = in_flags(str(error))
-            found += not told
-            failed += [f"{sequence.file(number)}: {told}"] if told else []
+                fault = in_flags(str(error))
+            written += not fault
+            failed += [f"{sequence.file(number)}: {fault}"] if fault else []
             progress(done / len(waiting))
-    return found, failed
+    return written, failed
 
 
 def _written(scan: Scan, unit: str, path: Path, detector: LandmarkDetector) -> str:
@@ -148,9 +148,9 @@ def _written(scan: Scan, unit: str, path: Path, detector: LandmarkDetector) -> s
     from elocute.registration.landmarks import Landmarks, write_landmarks
     from elocute.registration.scan_file import unit_m
 
-    found = find_landmarks(load_builtin_head(), scan, detector)
-    if not found.enough:
-        return f"{int(found.good.sum())} landmarks seen; is there a whole face in it?"
+    seen = find_landmarks(load_builtin_head(), scan, detector)
+    if not seen.enough:
+        return f"{int(seen.good.sum())} landmarks seen; is there a whole face in it?"
     path.parent.mkdir(exist_ok=True)
-    write_landmarks(path, Landmarks(found.points / unit_m(unit), found.confidence))
+    write_landmarks(path, Landmarks(seen.points / unit_m(unit), seen.confidence))
     return ""

@@ -59,14 +59,14 @@ def convert_command(
     plan.add(output, motion)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
-    given = motion_inputs.open_given(
+    opened = motion_inputs.open_given(
         motion, as_json, flame=flame if parameters else None, input_fps=input_fps
     )
     with plan.writing(output):
         frames, median, most = (
-            _to_curves(given, to, output)
+            _to_curves(opened, to, output)
             if flame is None or to != "flame"
-            else _to_flame(given, flame, output, as_json)
+            else _to_flame(opened, flame, output, as_json)
         )
     if as_json:
         record = {"input": str(motion), "output": str(output), "to": to, "frames": frames}
@@ -82,9 +82,9 @@ def _to_curves(motion: Motion, to: str, output: Path) -> tuple[int, float, float
     from elocute.export.curves_json import write_curves
     from elocute.export.shape_profiles import convert_curves
 
-    made = convert_curves(motion, to)
-    write_curves(made.curves, output)
-    left = made.residual_mm
+    conversion = convert_curves(motion, to)
+    write_curves(conversion.curves, output)
+    left = conversion.residual_mm
     return len(left), round(float(np.median(left)), 3), round(float(left.max(initial=0)), 3)
 
 

@@ -41,12 +41,12 @@ def info_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
         if isinstance(value, dict):
             print(f"{name}:")
             for key, inner in value.items():
-                told = (
+                shown = (
                     ", ".join(f"{count} {part}" for part, count in inner.items())
                     if isinstance(inner, dict)
                     else f"{inner} min"
                 )
-                print(f"  {key:28} {told}")
+                print(f"  {key:28} {shown}")
         else:
             print(f"{name:12} {value}")
 
@@ -59,7 +59,7 @@ def check_command(folder: Path = Folder, as_json: bool = options.Json) -> None:
 
     corpus = open_corpus(folder)
     with progress_bar(f"checking {folder.name}", as_json) as progress:
-        findings = [_in_flags_of_convert(found) for found in check_corpus(corpus, progress)]
+        findings = [_in_flags_of_convert(finding) for finding in check_corpus(corpus, progress)]
     errors = sum(finding.level == "error" for finding in findings)
     if as_json:
         record = {"folder": str(folder), "errors": errors, "warnings": len(findings) - errors}

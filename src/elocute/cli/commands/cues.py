@@ -18,7 +18,7 @@ FPS = (1.0, 240.0)
 
 
 def cues_command(
-    sound: Path = typer.Argument(..., help="Sound or video file."),
+    sound: Path = options.Sound,
     output: list[Path] = typer.Option(
         ...,
         "-o",
@@ -64,8 +64,8 @@ def cues_command(
         plan.add(path, sound)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
-    found = known.find_phones(sound, channel=channel, track=track, partial=partial)
-    sheet = CueSheet(mouth_cues(found, basic=basic), found.words, found.text, sound.name, fps)
+    speech = known.find_phones(sound, channel=channel, track=track, partial=partial)
+    sheet = CueSheet(mouth_cues(speech, basic=basic), speech.words, speech.text, sound.name, fps)
     written = plan.wanted(output)
     for path in written:
         with plan.writing(path):

@@ -93,13 +93,13 @@ def _version(name: str) -> str | None:
 
 def _tested(version: str, allowed: str) -> str:
     bounds = re.findall(r"(>=|<|==)\s*([\d.]+)", allowed)
-    found = _numbers(version)
+    installed = _numbers(version)
     inside = all(
-        found >= _numbers(limit)
+        installed >= _numbers(limit)
         if sign == ">="
-        else found < _numbers(limit)
+        else installed < _numbers(limit)
         if sign == "<"
-        else found == _numbers(limit)
+        else installed == _numbers(limit)
         for sign, limit in bounds
     )
     return f"tested: {allowed}" if inside else f"untested; tested: {allowed}"
@@ -163,8 +163,8 @@ def _outcome(check: Callable[[Path], str], folder: Path) -> str:
     except ModuleNotFoundError as error:
         return f"broken: {error.name} is missing; {NEEDED}"
     except Exception as error:  # a broken library raises anything: that is what is looked for
-        told = " ".join(str(error).split()) or type(error).__name__
-        return f"broken: {told}; {NEEDED}"
+        message = " ".join(str(error).split()) or type(error).__name__
+        return f"broken: {message}; {NEEDED}"
 
 
 def _tone() -> Any:

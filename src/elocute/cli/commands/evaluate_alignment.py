@@ -40,9 +40,7 @@ def alignment_command(
     tested: str | None = typer.Option(
         None, help="Method to test against each other one; dcaw where it is among them."
     ),
-    encoder: str = typer.Option(
-        "fbank", help="Speech encoder: fbank, phones and the like; windows for 41 x 128 x 3."
-    ),
+    encoder: str = options.AlignmentEncoder,
     noise_db: float | None = typer.Option(
         None, help="Add babble at this ratio of speech to noise, in decibels."
     ),
@@ -94,16 +92,18 @@ def alignment_command(
             seed=seed,
             on_word=lambda share, _rows: progress(share),
         )
-    found = compare_methods(rows, tested or ("dcaw/together" if ablation and together else "dcaw"))
-    write_tables(plan, files, COLUMNS, [_cells(name, cells) for name, cells in found.items()])
+    by_method = compare_methods(
+        rows, tested or ("dcaw/together" if ablation and together else "dcaw")
+    )
+    write_tables(plan, files, COLUMNS, [_cells(name, cells) for name, cells in by_method.items()])
     if as_json:
-        record: dict[str, Any] = {"methods": found, "encoder": encoder, "left_out": broken}
+        record: dict[str, Any] = {"methods": by_method, "encoder": encoder, "left_out": broken}
         print(json.dumps(record | ({"words": list(map(asdict, rows))} if per_word else {})))
     else:
         if per_word:
             for row in rows:
                 print(f"{row.word:16} {row.method:28} {row.error_frames:7.3f} {row.overlap:6.3f}")
-        print_table(found)
+        print_table(by_method)
     for line in broken:
         print(f"elocute: {line}", file=sys.stderr)
     if broken:

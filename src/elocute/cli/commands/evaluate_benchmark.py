@@ -94,15 +94,15 @@ def benchmark_command(
     recorded = open_benchmark_truth(benchmark, truth, templates)
     benchmark = recorded.benchmark
     regions, upper = _regions(recorded, lips or [], upper_face)
-    found = [
+    matches = [
         find_predictions(recorded, folder, condition=condition, partial=partial)
         for folder in predictions
     ]
-    steps = [every or frames_apart(recorded, files) for files in found]
+    steps = [every or frames_apart(recorded, files) for files in matches]
     rows: list[BenchmarkScore] = []
     notes: list[str] = []
     with progress_bar("measuring", as_json) as progress:
-        for place, (name, files_, step) in enumerate(zip(names, found, steps, strict=True)):
+        for place, (name, files_, step) in enumerate(zip(names, matches, steps, strict=True)):
             scores = score_predictions(
                 recorded,
                 files_,
@@ -169,15 +169,15 @@ def _note(method: str, scores: list[SequenceScore], clips: int, step: int) -> st
     heard = {score.prediction.clip for score in scores}
     longer = [score.longer_by for score in scores if score.longer_by > 0]
     shorter = [-score.longer_by for score in scores if score.longer_by < 0]
-    told = f"{method}: {len(scores)} files of {len(heard)} of {clips} test clips"
+    note = f"{method}: {len(scores)} files of {len(heard)} of {clips} test clips"
     if conditions != {""}:
-        told += f" in {len(conditions)} conditions"
-    told += f", every {step}. frame of the truth" if step > 1 else ", every frame of the truth"
+        note += f" in {len(conditions)} conditions"
+    note += f", every {step}. frame of the truth" if step > 1 else ", every frame of the truth"
     if longer:
-        told += f"; {len(longer)} predictions cut by up to {max(longer)} frames"
+        note += f"; {len(longer)} predictions cut by up to {max(longer)} frames"
     if shorter:
-        told += f"; the truth cut for {len(shorter)} by up to {max(shorter)} frames"
-    return told
+        note += f"; the truth cut for {len(shorter)} by up to {max(shorter)} frames"
+    return note
 
 
 def _table(rows: list[BenchmarkScore]) -> tuple[list[str], list[list[Any]]]:

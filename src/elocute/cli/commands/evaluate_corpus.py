@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
-from elocute.cli.contacts import Bare, contacts_shown
-from elocute.cli.json_reports import write_json_report
-from elocute.cli.outputs import check_file_suffix, plan_files
+from elocute.cli.name_lists import names_of_part
+from elocute.cli.outputs import check_file_suffix, plan_files, write_json_report
 from elocute.cli.progress import progress_bar
-from elocute.errors import CorpusError, InputError
 
 if TYPE_CHECKING:
     from elocute.corpus.corpus_store import Corpus
@@ -37,7 +35,7 @@ COLUMNS = (
 
 
 def corpus_command(
-    corpus: Path = typer.Argument(..., help="A corpus folder."),
+    corpus: Path = options.Corpus,
     model: str = options.Model,
     split: str = options.Split,
     part: str = typer.Option("test", help="Part to measure: test, validation or train."),
@@ -51,13 +49,11 @@ def corpus_command(
         "built-in head, or the published list for FLAME and BIWI.",
     ),
     upper_face: Path | None = typer.Option(None, help="Upper-face vertices for FDD, likewise."),
-    contacts: str = Bare,
+    contacts: str = options.ContactsMeasuredOff,
     mix: str = options.Mix,
     limit: int = typer.Option(0, min=0, help="Use only this many clips, evenly spaced; 0 for all."),
     seed: int = typer.Option(0, min=0, help="Seed of the confidence intervals."),
-    output: Path | None = typer.Option(
-        None, "-o", "--output", help="Also write the report (.json)."
-    ),
+    output: Path | None = options.JsonReport,
     table: list[Path] | None = options.Table,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
@@ -85,12 +81,12 @@ def corpus_command(
     measure = measure_of(opened, lips, upper_face)
     chosen, outputs = open_model(model), mixes_outputs(mix)
     styles = (chosen.styles or ("plain",)) if style in ("each", "best") else (style,)
-    found: dict[str, list[SubjectScore]] = {}
-    for each in contacts_shown(contacts):
+    scores_of: dict[str, list[SubjectScore]] = {}
+    for each in options.contacts_measured(contacts):
         predict = clip_predictor(chosen, opened, contacts=each == "auto", outputs=outputs)
         with progress_bar(f"measuring, contacts {each}", as_json) as progress:
             scores = score_clips(opened, names, styles, predict, measure, progress)
-        found[each] = (best_style_scores if style == "best" else subject_scores)(scores, seed)
+        scores_of[each] = (best_style_scores if style == "best" else subject_scores)(scores, seed)
     report = {
         "corpus": corpus.name,
         "model": Path(model).name,
@@ -101,27 +97,25 @@ def corpus_command(
         "clips": len(names),
         **measure.record(),
         "confidence": 0.95,
-        "rows": [{"contacts": each, **row.record()} for each in found for row in found[each]],
+        "rows": [
+            {"contacts": each, **row.record()} for each in scores_of for row in scores_of[each]
+        ],
     }
     text = json.dumps(report, allow_nan=False)
     if output is not None and plan.wants(output):
         with plan.writing(output):
             write_json_report(output, text)
-    write_tables(plan, tables, *_table(found))
+    write_tables(plan, tables, *_table(scores_of))
     if as_json:
         print(text)
     else:
-        _show(found, measure)
+        _show(scores_of, measure)
 
 
 def _names(corpus: Corpus, split: str, part: str, limit: int) -> list[str]:
-    if part not in PARTS:
-        raise InputError.about(f"--part {part}", found="unknown", allowed=", ".join(PARTS))
-    names = corpus.split(split).parts()[part]
-    if not names:
-        raise CorpusError.about(corpus.folder, found=f"no clip in {part} of split {split}")
+    names = names_of_part(corpus, split, part, PARTS)
     step = max(1, len(names) // limit) if limit else 1
-    return list(names[::step])[: limit or None]
+    return names[::step][: limit or None]
 
 
 def measure_of(corpus: Corpus, lips: Path | None, upper_face: Path | None) -> MetricConfig:

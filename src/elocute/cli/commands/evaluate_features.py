@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
-from elocute.cli.json_reports import write_json_report
 from elocute.errors import CorpusError, InputError, needs_extra
 
 if TYPE_CHECKING:
@@ -21,7 +20,7 @@ SHOWN = ("lve_mm", "mve_mm", "velocity_mm", "closure_recall", "closure_precision
 
 
 def features_command(
-    corpus: Path = typer.Argument(..., help="A corpus folder."),
+    corpus: Path = options.Corpus,
     output: Path = typer.Option(..., "-o", "--output", help="Output folder for models and report."),
     encoders: str = typer.Option(
         "phones,fbank", help="Speech encoders to compare, separated by commas."
@@ -42,7 +41,7 @@ def features_command(
     """
     from elocute.articulation.settings import lays_contacts
     from elocute.cli.commands.evaluate_corpus import cell, measure_of
-    from elocute.cli.outputs import plan_files
+    from elocute.cli.outputs import plan_files, write_json_report
     from elocute.cli.tables import check_tables, write_tables
     from elocute.corpus.corpus_store import open_corpus
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
-from elocute.cli.contacts import Finished, contacts_shown
 from elocute.cli.outputs import check_file_suffix, plan_files
 from elocute.cli.progress import progress_bar
 from elocute.files.atomic import write_atomically
@@ -86,7 +85,7 @@ def identities_command(
     speech: Path = typer.Argument(..., help="A sound or video file, or a stored motion (.npz)."),
     model: str = options.Model,
     style: str = options.StyleName,
-    contacts: str = Finished,
+    contacts: str = options.ContactsMeasured,
     count: int = typer.Option(20, help="Number of random faces."),
     seed: int = typer.Option(0, help="The same seed draws the same faces."),
     identity: list[str] | None = typer.Option(
@@ -161,7 +160,7 @@ def _takes(
             animate(sound, model=model, style=style, contacts=way, fps=FPS, life=0).motion,
             closures,
         )
-        for way in contacts_shown(contacts)
+        for way in options.contacts_measured(contacts)
     ]
 
 

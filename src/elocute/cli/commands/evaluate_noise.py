@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
-from elocute.cli.contacts import Finished, contacts_shown
 from elocute.cli.outputs import check_file_suffix, plan_files
 from elocute.cli.progress import progress_bar
 from elocute.cli.tables import check_tables, write_tables
@@ -43,7 +42,7 @@ def noise_command(
     ),
     model: list[str] = Models,
     style: str = options.StyleName,
-    contacts: str = Finished,
+    contacts: str = options.ContactsMeasured,
     noise: list[str] = typer.Option(
         ["street"],
         help="Noise: street (simulated traffic), white, babble, or a sound file; telephone, for "
@@ -65,7 +64,7 @@ def noise_command(
     plan = plan_files((speech, *model, *noise), [plot, *tables], overwrite, no_clobber)
     steps = _levels(levels)
     kinds = {kind: _disturbances(kind, steps, seed) for kind in noise}
-    ways = list(product(dict.fromkeys(model), contacts_shown(contacts)))
+    ways = list(product(dict.fromkeys(model), options.contacts_measured(contacts)))
     sounds = _sounds(speech)
     studies: list[NoiseStudy] = []
     with progress_bar("animating", as_json) as progress:
@@ -246,9 +245,9 @@ def _disturbances(kind: str, levels: list[float], seed: int) -> dict[str, Distur
         return {"band": telephone_band}
     if kind == "gain":
         return {f"{level:g} dB": partial(with_gain, gain_db=level) for level in levels}
-    made = _noise_source(kind, seed)
+    noise = _noise_source(kind, seed)
     return {
-        f"{level:g} dB": lambda sound, level=level: with_noise(sound, made(sound), level)
+        f"{level:g} dB": lambda sound, level=level: with_noise(sound, noise(sound), level)
         for level in levels
     }
 
@@ -258,18 +257,18 @@ def _noise_source(kind: str, seed: int) -> Callable[[Waveform], Float32Array]:
     from elocute.audio.noise import babble, street_noise, white_noise
     from elocute.audio.read import read_audio
 
-    made: dict[str, Callable[[Waveform], Float32Array]] = {
+    sources: dict[str, Callable[[Waveform], Float32Array]] = {
         "street": lambda sound: street_noise(len(sound.samples), sound.sample_rate, seed),
         "white": lambda sound: white_noise(len(sound.samples), seed),
         "babble": lambda sound: babble(sound, seed),
     }
-    if kind in made:
-        return made[kind]
+    if kind in sources:
+        return sources[kind]
     if not Path(kind).is_file():
         raise InputError.about(
             f"--noise {kind}",
             found="no such file",
-            allowed=f"{', '.join(made)}, telephone, gain or a sound file",
+            allowed=f"{', '.join(sources)}, telephone, gain or a sound file",
         )
     recorded = read_audio(kind)
     return lambda sound: recorded.resample(sound.sample_rate).samples

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import typer
 
 from elocute.cli import options
-from elocute.cli.contacts import Finished, contacts_shown
 from elocute.cli.name_lists import read_names
 from elocute.cli.outputs import plan_files
 from elocute.cli.progress import progress_bar
@@ -32,7 +31,7 @@ def real_command(
     style: str = options.StyleName,
     strength: float = options.Strength,
     model: str = options.Model,
-    contacts: str = Finished,
+    contacts: str = options.ContactsMeasured,
     mix: str = options.Mix,
     per_clip: bool = typer.Option(False, help="Also print every clip."),
     per_talker: bool = typer.Option(False, help="Also print every language and talker."),
@@ -50,17 +49,17 @@ def real_command(
 
     files = check_tables(table)
     plan = plan_files((folder,), files, overwrite, no_clobber)
-    wanted, shown = read_names(names), contacts_shown(contacts)
+    wanted, shown = read_names(names), options.contacts_measured(contacts)
     eye_distance_mm = 1000 * load_builtin_head().eye_distance_m
 
     def predict(sound: Path, contacts: str) -> Curves:
         settings = {"style": style, "strength": strength, "model": model, "mix": mix}
         return measure_as_tracked(animate(sound, contacts=contacts, life=0, **settings).motion)
 
-    found = {}
+    by_contacts = {}
     for each in shown:
         with progress_bar(f"measuring, contacts {each}", as_json) as progress:
-            found[each] = evaluate_tracked_mouths(
+            by_contacts[each] = evaluate_tracked_mouths(
                 folder,
                 lambda sound, each=each: predict(sound, each),
                 eye_distance_mm,
@@ -68,18 +67,18 @@ def real_command(
                 speech=heard_speech,
                 progress=progress,
             )
-    write_tables(plan, files, *_table(found, Path(model).name))
+    write_tables(plan, files, *_table(by_contacts, Path(model).name))
     if as_json:
-        for each, report in found.items():
+        for each, report in by_contacts.items():
             print(json.dumps(_record(each, report, per_clip)))
         return
-    for each, report in found.items():
-        title = f"contacts {each}" if len(found) > 1 else ""
+    for each, report in by_contacts.items():
+        title = f"contacts {each}" if len(by_contacts) > 1 else ""
         if per_clip:
             _show_clips(report.clips, title)
         if per_talker:
             _show_groups(report, title)
-    _show_summaries(found)
+    _show_summaries(by_contacts)
 
 
 def _record(contacts: str, report: TrackedMouthReport, per_clip: bool) -> dict[str, object]:

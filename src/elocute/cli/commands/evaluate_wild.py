@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from elocute.cli import options
-from elocute.cli.json_reports import write_json_report
 from elocute.cli.name_lists import read_names
 from elocute.cli.settings_options import options_of
 from elocute.errors import needs_extra
@@ -22,9 +21,7 @@ if TYPE_CHECKING:
 
 def wild_command(
     shards: Path = typer.Argument(..., help="A folder of shards."),
-    sounds: Path = typer.Argument(
-        ..., help="Folder to which the paths of their sounds are relative."
-    ),
+    sounds: Path = options.SoundsOfShards,
     output: Path = typer.Option(
         ..., "-o", "--output", help="Output folder for trainings and report."
     ),
@@ -68,7 +65,7 @@ def wild_command(
     """
     from elocute.articulation.settings import lays_contacts
     from elocute.cli.commands.train import report_left_out
-    from elocute.cli.outputs import plan_files
+    from elocute.cli.outputs import plan_files, write_json_report
     from elocute.cli.progress import EpochLines
     from elocute.cli.tables import check_tables, write_tables
     from elocute.corpus.corpus_store import open_corpus
@@ -95,7 +92,7 @@ def wild_command(
     wanted = read_names(names)
     with no_empty_folder(output):
         prepare_trainings(output, chosen, resume)
-        found = study_wild(
+        result = study_wild(
             opened,
             output,
             config,
@@ -116,16 +113,16 @@ def wild_command(
         "epochs": config.epochs,
         "contacts": contacts,
         "config": asdict(config),
-        **found.record(),
+        **result.record(),
     }
     text = json.dumps(report, allow_nan=False)
     write_json_report(output / "report.json", text)
-    write_tables(plan, files, *_table(found.concordance))
+    write_tables(plan, files, *_table(result.concordance))
     if as_json:
         print(text)
     else:
-        _show(found.concordance, report)
-    report_left_out([*opened.broken, *found.missing], len(opened))
+        _show(result.concordance, report)
+    report_left_out([*opened.broken, *result.missing], len(opened))
 
 
 def _table(rows: dict[str, ConcordanceScore]) -> tuple[list[str], list[list[Any]]]:
@@ -142,12 +139,12 @@ def _table(rows: dict[str, ConcordanceScore]) -> tuple[list[str], list[list[Any]
 
 def _show(table: dict[str, ConcordanceScore], report: dict[str, Any]) -> None:
     print(f"{'concordance':28} {'clips':>6} {'mean':>20} paper {'weighted':>8}  c1 … c5")
-    for name, found in table.items():
-        mean, paper = found.mean, report["paper"].get(name)
-        first = " ".join(f"{interval.value:5.2f}" for interval in found.first)
+    for name, scores in table.items():
+        mean, paper = scores.mean, report["paper"].get(name)
+        first = " ".join(f"{interval.value:5.2f}" for interval in scores.first)
         print(
-            f"{name:28} {found.clips:6} {mean.value:6.3f} [{mean.low:5.3f}, {mean.high:5.3f}] "
-            f"{'' if paper is None else f'{paper:.3f}':5} {found.weighted.value:8.3f}  {first}"
+            f"{name:28} {scores.clips:6} {mean.value:6.3f} [{mean.low:5.3f}, {mean.high:5.3f}] "
+            f"{'' if paper is None else f'{paper:.3f}':5} {scores.weighted.value:8.3f}  {first}"
         )
     for name, row in report["bases_mm"].items():
         print(f"{name:20} {row['components']:6} shapes leave {row['mean_mm']:.4f} mm")

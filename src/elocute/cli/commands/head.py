@@ -146,17 +146,17 @@ def _adopt_scan(
     from elocute.capture.scanned_head import open_scanned_head
     from elocute.head.store import save_head
 
-    made = open_scanned_head(file, landmarks, unit)
+    scanned = open_scanned_head(file, landmarks, unit)
     with plan.writing(output):
-        save_head(output, made.head)
-    error = made.registration.surface
+        save_head(output, scanned.head)
+    error = scanned.registration.surface
     if as_json:
         record = {"file": str(file), "output": str(output), "surface_mm": error.record()}
-        print(json.dumps(record | {"landmark_mm": made.registration.landmark_mm}))
+        print(json.dumps(record | {"landmark_mm": scanned.registration.landmark_mm}))
         return
     print(output)
     print(f"the face lies {error.face_median:.2f} mm off the scan (median)")
-    if made.registration.landmark_mm is None:
+    if scanned.registration.landmark_mm is None:
         print("note: no landmarks, so features may lie some millimetres off: give --landmarks")
 
 
@@ -176,10 +176,10 @@ def _adopt_mesh(
     from elocute.files.atomic import write_atomically
     from elocute.head.store import save_head
 
-    made = adopt_mesh(file, landmarks, unit)
-    adoption = made.adoption
+    adopted = adopt_mesh(file, landmarks, unit)
+    adoption = adopted.adoption
     if output.suffix.lower() in OWN_FILE_SUFFIXES:
-        data = with_arkit_shapes(made, str(file))
+        data = with_arkit_shapes(adopted, str(file))
         with plan.writing(output), write_atomically(output) as draft:
             draft.write_bytes(data)
     else:

@@ -41,8 +41,8 @@ def info_command(
         print(json.dumps(record))
         return
     for name, value in record.items():
-        told = "; ".join(value) if isinstance(value, list) else value
-        print(f"{name:12} {told}")
+        shown = "; ".join(value) if isinstance(value, list) else value
+        print(f"{name:12} {shown}")
 
 
 def _motion_facts(file: Path) -> dict[str, Any]:
@@ -68,8 +68,8 @@ def _motion_facts(file: Path) -> dict[str, Any]:
 def _curve_facts(file: Path) -> dict[str, Any]:
     from elocute.export.curve_files import read_curves
 
-    found = read_curves(file)
-    curves = found.curves
+    file_curves = read_curves(file)
+    curves = file_curves.curves
     moving = [name for name in curves.names if curves[name].any()]
     return {
         "file": str(file),
@@ -79,7 +79,7 @@ def _curve_facts(file: Path) -> dict[str, Any]:
         "duration_s": round(len(curves.values) / curves.fps, 4),
         "curves": len(curves.names),
         "moving": ", ".join(moving) or "none",
-        **({"notes": "; ".join(found.notes)} if found.notes else {}),
+        **({"notes": "; ".join(file_curves.notes)} if file_curves.notes else {}),
     }
 
 
@@ -89,5 +89,5 @@ def _sound_facts(file: Path) -> dict[str, Any]:
     record = asdict(probe_audio(file))
     tracks = record.pop("tracks")
     if tracks:
-        record["tracks"] = [f"{number}: {told}" for number, told in enumerate(tracks)]
+        record["tracks"] = [f"{number}: {track}" for number, track in enumerate(tracks)]
     return {"file": str(file), "kind": "sound", **record}

@@ -14,7 +14,7 @@ from elocute.files.output_plan import OutputPlan
 
 
 def phones_command(
-    sound: Path = typer.Argument(..., help="Sound or video file."),
+    sound: Path = options.Sound,
     output: list[Path] = typer.Option(
         ...,
         "-o",
@@ -50,13 +50,13 @@ def phones_command(
         plan.add(path, sound)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
-    found = known.find_phones(sound, channel=channel, track=track, partial=partial)
+    speech = known.find_phones(sound, channel=channel, track=track, partial=partial)
     written = plan.wanted(output)
     for path in written:
         with plan.writing(path):
-            write_speech_times(found, path)
+            write_speech_times(speech, path)
     if as_json:
-        record = {"phones": len(found.phones), "words": len(found.words)}
+        record = {"phones": len(speech.phones), "words": len(speech.words)}
         print(json.dumps({"outputs": [str(path) for path in written], **record}))
     else:
         print(*written, sep="\n")

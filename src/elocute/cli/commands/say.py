@@ -104,14 +104,14 @@ def say_command(
     from elocute.speaking import say
 
     wanted = plan.wanted(output)
-    made = make_outputs(
+    record = make_outputs(
         partial(say, said, **asdict(voice), **settings),
         wanted,
         TakeOutputs(plan, format, format_settings, as_json),
         label="speaking",
     )
     if as_json:
-        print(json.dumps({"outputs": [str(target) for target in wanted], **made}))
+        print(json.dumps({"outputs": [str(target) for target in wanted], **record}))
 
 
 def _text(text: str | None, file: Path | None) -> str:

@@ -59,9 +59,9 @@ def solve_flame_command(
     plan.add(output, vertices)
     if nothing_to_do(plan, replacing.overwrite, replacing.no_clobber, replacing.as_json):
         return
-    given, fps = _vertices(vertices, settings.fps)
+    points, fps = _vertices(vertices, settings.fps)
     settings = replace(settings, fps=fps)
-    solved = _solved(_model(flame), given, settings, None, vertices.name, replacing.as_json)
+    solved = _solved(_model(flame), points, settings, None, vertices.name, replacing.as_json)
     with plan.writing(output):
         _write(output, vertices, solved, replacing.as_json)
 

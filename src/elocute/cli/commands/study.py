@@ -51,28 +51,28 @@ def new_command(
 
     pool = one_after_another if checked_jobs(jobs) == 1 else local_pool(jobs)
     with progress_bar("making videos", as_json) as progress:
-        made = make_stimuli(study, output, data=data, pool=pool, progress=progress)
+        stimuli = make_stimuli(study, output, data=data, pool=pool, progress=progress)
     design = open_study(output).design
     shown = sequence(design, 1, 0)
-    minutes = minutes_of(shown, {v.name: v.seconds for v in made.manifest.videos.values()})
+    minutes = minutes_of(shown, {v.name: v.seconds for v in stimuli.manifest.videos.values()})
     record = {
         "folder": str(output),
-        "videos": len(made.manifest.videos),
-        "rendered": made.rendered,
-        "kept": made.kept,
-        "megabytes": round(sum(v.size for v in made.manifest.videos.values()) / 1e6, 2),
+        "videos": len(stimuli.manifest.videos),
+        "rendered": stimuli.rendered,
+        "kept": stimuli.kept,
+        "megabytes": round(sum(v.size for v in stimuli.manifest.videos.values()) / 1e6, 2),
         "trials": len(shown),
         "minutes": round(minutes, 1),
-        "notes": list(made.manifest.notes),
+        "notes": list(stimuli.manifest.notes),
     }
     if as_json:
         print(json.dumps(record))
         return
     print(
-        f"{record['videos']} videos ({made.rendered} made now, {record['megabytes']} MB); each "
+        f"{record['videos']} videos ({stimuli.rendered} made now, {record['megabytes']} MB); each "
         f"person sees {len(shown)} trials in about {minutes:.0f} minutes"
     )
-    for note in made.manifest.notes:
+    for note in stimuli.manifest.notes:
         print(f"elocute: {note}", file=sys.stderr)
 
 

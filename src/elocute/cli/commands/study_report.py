@@ -125,18 +125,18 @@ def plan_command(
         "margin": margin,
         "confidence": confidence,
     }
-    given = {name: value for name, value in of_study.items() if value is not None}
+    chosen = {name: value for name, value in of_study.items() if value is not None}
     if study is None and data is not None:
         raise StudyError.about("--data", found="no study beside it", allowed="both, or neither")
     if study is not None:
         others = {name: value for name, value in asdict(plan).items() if name not in of_study}
-        plan = plan_for(known_design(study, data)[0], **others, **given)
+        plan = plan_for(known_design(study, data)[0], **others, **chosen)
     else:
-        plan = replace(plan, **given)
-    found = plan_study(plan)
+        plan = replace(plan, **chosen)
+    result = plan_study(plan)
     if as_json:
-        tried = [asdict(each) for each in found.tried]
-        print(json.dumps({"people": found.people, "plan": asdict(plan), "tried": tried}))
+        tried = [asdict(each) for each in result.tried]
+        print(json.dumps({"people": result.people, "plan": asdict(plan), "tried": tried}))
         return
     wanted = "equivalence" if plan.equivalent else f"a preference of {100 * plan.share:g} %"
     print(
@@ -144,14 +144,14 @@ def plan_command(
         f"{100 * plan.lapses:g} % lapses, significance {plan.level:.2g}"
     )
     print("people  found in      were answers independent")
-    for each in found.tried:
+    for each in result.tried:
         low, high = 100 * each.power.low, 100 * each.power.high
         print(
             f"{each.people:6}  {100 * each.power.value:3.0f} % ({low:.0f} to {high:.0f})"
             f"{'':4}{100 * each.exact:3.0f} %"
         )
-    if found.people:
-        print(f"{found.people} people are needed for {100 * plan.power:g} %")
+    if result.people:
+        print(f"{result.people} people are needed for {100 * plan.power:g} %")
     else:
         print(
             f"no number of people is enough for {100 * plan.power:g} %: stimuli differ too much "

@@ -94,9 +94,9 @@ def _takes(
             found=f"{len(sounds)} for {len(stored)} motions",
             allowed="the sound of every .npz, in the same order",
         )
-    given = iter(sounds)
+    next_sound = iter(sounds)
     return [
-        _of_motion(path, next(given), model)
+        _of_motion(path, next(next_sound), model)
         if path in stored
         else _of_video(path, model, quiet)
         if path.suffix.lower() in VIDEO_SUFFIXES

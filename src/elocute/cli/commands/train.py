@@ -98,9 +98,7 @@ def karras_command(
 @app.command("crnn")
 def crnn_command(
     shards: Path = typer.Argument(..., help="Folder of shards, as `propagate` writes it."),
-    sounds: Path = typer.Argument(
-        ..., help="Folder to which the paths of their sounds are relative."
-    ),
+    sounds: Path = options.SoundsOfShards,
     output: Path = Output,
     config: CrnnTrainConfig = options_of(
         CrnnTrainConfig, flags={"batch_clips": "--batch"}, presets=CrnnTrainConfig.presets

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 app = CommandGroup("Find when each word of a recording is said, and check it.")
 
-TEXT_MAX_BYTES = 1_000_000
 Output = typer.Option(..., "-o", "--output", help="Word times to write (.json or .TextGrid).")
 
 
@@ -92,17 +91,17 @@ def check_command(
             plan.add(path, words, sound)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
-    found, heard = read_words(words), read_audio(sound)
-    check_length(found, heard)
+    timed, heard = read_words(words), read_audio(sound)
+    check_length(timed, heard)
     if textgrid is not None and plan.wants(textgrid):
         with plan.writing(textgrid):
-            write_words(found, textgrid)
-    marked = sum(bool(review_reason(word)) for word in found.words)
+            write_words(timed, textgrid)
+    marked = sum(bool(review_reason(word)) for word in timed.words)
     if plan.wants(output):
         with plan.writing(output):
-            marked = write_word_page(found, heard, output, title=f"{words.name}, {sound.name}")
-    record = {"output": str(output), "words": len(found.words), "marked": marked}
-    print(json.dumps(record) if as_json else f"{output}: {marked} of {len(found.words)} marked")
+            marked = write_word_page(timed, heard, output, title=f"{words.name}, {sound.name}")
+    record = {"output": str(output), "words": len(timed.words), "marked": marked}
+    print(json.dumps(record) if as_json else f"{output}: {marked} of {len(timed.words)} marked")
 
 
 @app.command("take")
@@ -144,7 +143,9 @@ def _text(text: str | None, file: Path | None) -> str:
     from elocute.speech.text.script_text import read_transcript
     from elocute.speech.times.captions import said_text
 
-    written = read_transcript(file, max_bytes=TEXT_MAX_BYTES, error=AlignmentError)
+    written = read_transcript(
+        file, max_bytes=known_speech_options.TEXT_MAX_BYTES, error=AlignmentError
+    )
     said, notes = said_text(written)
     for note in notes:
         print(f"elocute: {printable(f'{file}: {note}')}", file=sys.stderr)
@@ -161,6 +162,6 @@ def _tell(words: TimedWords, output: Path, as_json: bool) -> None:
         return
     for word in words.words:
         why = review_reason(word)
-        told = f"  check it: {why}" if why else ""
-        print(f"{word.start_s:8.3f} {word.end_s:8.3f}  {word.text}{told}")
+        remark = f"  check it: {why}" if why else ""
+        print(f"{word.start_s:8.3f} {word.end_s:8.3f}  {word.text}{remark}")
     print(output)

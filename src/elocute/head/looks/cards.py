@@ -81,10 +81,10 @@ class Cards:
 
     def _skull_size(self, head: HeadModel) -> Float32Array:
         points, axes = head.template, range(3)
-        found = [
+        distances = [
             abs(points[a, k] - points[b, k]) for k, (a, b) in zip(axes, self.skull, strict=True)
         ]
-        return (np.array(found) / self.skull_m).astype(np.float32)
+        return (np.array(distances) / self.skull_m).astype(np.float32)
 
     def carried(self, field: Float32Array) -> Float32Array:
         """A field (..., vertex, column) of the head at these vertices."""

@@ -12,8 +12,7 @@ from elocute.head.looks import baked
 from elocute.head.looks.cards import Cards, read_cards
 from elocute.head.looks.eyes import EDGE_RAD, IRIS_DEPTH, IRIS_RAD, eye_picture
 from elocute.head.looks.folds import PLACE, fold_depth, fold_lines
-from elocute.head.looks.hair_clearance import given_way
-from elocute.head.looks.hair_fitting import laid_on
+from elocute.head.looks.hair_fitting import hair_off_cheeks, hair_on_clothes
 from elocute.head.looks.look import CLOTHES, CLOTHES_COLOURS, HAIR_COLOURS, Look
 from elocute.head.looks.skin import normal_picture, skin_picture
 from elocute.head.looks.subdivision import made_finer
@@ -30,16 +29,18 @@ INSIDE = {
     "tongue": (0.42, 0.97, 0.97),
     "mouth": (0.35, 1.0, 1.0),
 }
-"""The same of what is in the mouth, and what is left of its green and blue."""
+"""How much darker each part of the mouth is in the darkest skin, and the shares of its green and
+blue that are left."""
 HAIR_PICTURES = {"curls": "curls", "coils": "curls", "afro": "curls", "buzz": "buzz"}
-"""Of styles that are not of straight strands."""
+"""Pictures of hair styles that do not consist of straight strands."""
 LASHES, SPARSE_LASHES = "lashes/lashes", "lashes/sparse"
 SHORTEST_LASH, SPARSE_BELOW = 0.35, 0.6
-"""Of the longest; which lashes are not only shorter, but fewer and finer, as most men's are."""
+"""The shortest lashes as a share of the longest; and the lashes of a look below which they are also
+fewer and finer, as most men's are."""
 LASH_COLOUR, LASH_OF_HAIR = (0.006, 0.005, 0.004), 0.05
-"""What lashes have at least, and how much of the hair's colour they take."""
+"""Darkest linear colour of lashes, and the share of the hair's colour that is added to it."""
 BROW_WARMTH = (1.0, 0.93, 0.84)
-"""Brows over warm skin would else look blue."""
+"""Factors of linear red, green and blue: without them brows over warm skin would look blue."""
 CORNER_M, CORNER_SKIN, CORNER_FLESH = 0.010, 0.9, (215, 140, 122)
 """How far from the corners of the mouth the edge of its lining is skin's too, how much there, and
 its colour: that of skin there is multiplied by it, that of the lining is it.
@@ -102,13 +103,13 @@ def dress(head: HeadModel, look: Look, *, finer: bool = True) -> HeadModel:
         cards = read_cards(picture).scaled_to(head)
         dressed = _wearing(dressed, head, "brows", cards, _strands(picture, brow, "sheer"))
     if locks:
-        locks = laid_on(locks, clothes, head) if clothes else locks
+        locks = hair_on_clothes(locks, clothes, head) if clothes else locks
         picture = f"hair/{HAIR_PICTURES.get(look.hair, 'strands')}"
         locks = replace(locks, shade=_let_through(np.maximum(locks.shade, DEEPEST_SHADE), hair))
         light = np.minimum(locks.shade / np.float32(OPEN_SHADE), 1) ** 2
         first = dressed.vertex_count
         dressed = _wearing(dressed, head, "hair", locks, _strands(picture, hair), light)
-        dressed = given_way(dressed, slice(first, dressed.vertex_count), head)
+        dressed = hair_off_cheeks(dressed, slice(first, dressed.vertex_count), head)
     if clothes:
         cloth = _cloth(place, CLOTHES_COLOURS[look.clothes_colour])
         dressed = _wearing(dressed, head, "clothes", clothes, cloth)

@@ -22,16 +22,8 @@ DRAWN_MM = 4.2
 def eye_picture(name: str, pupils: float) -> bytes:
     """An encoded picture of both eyes, the angle from the axis growing from its middle.
 
-    Parameters
-    ----------
-    name : str
-        One of `elocute.head.looks.look.EYES`.
-    pupils : float
-        Their diameter in mm. The iris is drawn together or out round them, as in life.
-
-    Returns
-    -------
-    bytes
+    The name is one of `elocute.head.looks.look.EYES`; `pupils` is their diameter in mm. The iris is
+    drawn together or out round them, as in life.
     """
     picture = baked.picture(f"eyes/{name}")
     if pupils == DRAWN_MM:

@@ -207,8 +207,8 @@ def _traits(coefficients: Float32Array) -> tuple[float, float, float]:
 
 
 def _nearest(tone: float | None, sex: float | None, age: float | None) -> Look:
-    given = {"tone": tone, "sex": sex, "age": age}
-    known = {name: round(value, 3) for name, value in given.items() if value is not None}
+    asked = {"tone": tone, "sex": sex, "age": age}
+    known = {name: round(value, 3) for name, value in asked.items() if value is not None}
     if not known:
         return PEOPLE["mean"]
     reach = {"tone": 1.0, "sex": 1.0, "age": AGES[2] - AGES[0]}

@@ -12,15 +12,16 @@ from elocute.head.looks.pictures import decoded, jpeg
 from elocute.head.skin_tone import skin_albedo
 
 AGES = {"young": 24.0, "middle": 45.0, "old": 68.0}
-"""Years that the baked skins look."""
+"""Ages in years that the baked skins look."""
 TONES = {"light": 0.16, "dark": 0.84}
-"""Their place on the scale of `elocute.head.skin_tone`."""
+"""Tones of the baked skins on the scale of `elocute.head.skin_tone`."""
 TONE_STRENGTH = 0.85
 """How far the blend is moved to the tone's own colour."""
 FLUSH, FLUSH_MEAN = (1.03, 0.64, 0.62), 0.47
-"""What skin that blood shows through keeps of its colour, against skin without any; its mean."""
+"""Factors of linear red, green and blue where blood shows through the skin, and the mean of the
+picture that says where it does."""
 FLUSH_OF_DARK = 0.4
-"""How much of that is seen in the darkest skin."""
+"""Share of the flush that is seen in the darkest skin."""
 FRECKLE = (0.72, 0.50, 0.40)
 STUBBLE_STRENGTH = 0.55
 ROOTS_STRENGTH, ROOT_OF_HAIR, SKIN_THROUGH = 0.98, 0.28, 0.02
@@ -43,20 +44,10 @@ def skin_picture(
     hair: tuple[float, ...],
     rooted: bool = True,
 ) -> bytes:
-    """A JPEG of the head's atlas.
+    """A JPEG of the head's atlas, the settings being those of `Look`, with the tone a number.
 
-    Parameters
-    ----------
-    age, sex, tone, freckles, stubble
-        As in `Look`; the tone is a number.
-    hair : tuple of float
-        Linear colour of the hair, which stubble and the roots have too.
-    rooted : bool
-        Whether roots of hair shade the scalp.
-
-    Returns
-    -------
-    bytes
+    `hair` is the linear colour of the hair, which stubble and the roots have too; `rooted` says
+    whether roots of hair shade the scalp.
     """
     colour = _flushed(_blend(age, sex, tone), tone)
     strand = np.array(hair, np.float32)
@@ -109,8 +100,8 @@ def _blend(age: float, sex: float, tone: float) -> Float32Array:
     """(row, column, 3) linear colour: the mean of logarithms, moved to the tone's own colour."""
     blended = [np.float32(share) * _log_skin(n) for n, share in shares(age, sex, tone).items()]
     logs = np.stack(blended).sum(axis=0, dtype=np.float32)
-    found = logs[MEAN_PLACE].mean((0, 1))
-    move = TONE_STRENGTH * (np.log(skin_albedo(tone)) - found)
+    mean_log = logs[MEAN_PLACE].mean((0, 1))
+    move = TONE_STRENGTH * (np.log(skin_albedo(tone)) - mean_log)
     return np.exp(logs + move).astype(np.float32)
 
 

@@ -145,16 +145,9 @@ class Finer:
 def made_finer(head: HeadModel) -> HeadModel:
     """A head of the built-in mesh, perhaps without some of its faces, whose face is finer.
 
-    Parameters
-    ----------
-    head : HeadModel
-        The built-in head's vertices and no others.
-
-    Returns
-    -------
-    HeadModel
-        The same vertices first, new ones after them; the same surface, rounder, but for the
-        balls of the eyes, which are as smooth as those of the built-in head.
+    It has the same vertices first and new ones after them: the same surface, rounder, but for the
+    balls of the eyes, which are as smooth as those of the built-in head. The head that is given has
+    the built-in head's vertices and no others.
     """
     finer = finer_face()
     head = replace(head, template=_evened(head))
@@ -253,15 +246,15 @@ class _Ways:
         it; their first vertex where the mesh ends or they meet no opposite edge."""
         start = self._numbers(edges[:, 1], edges[:, 0])
         around = self._edges[edges[:, 1]]
-        found = []
+        places = []
         for steps in (around // 2, around - around // 2):
             way = start
             for step in range(int(steps.max())):
                 turned = self._other[self._before[way]]
                 way = np.where(step < steps, turned, way)
             known = (around > 2) & (start >= 0)
-            found.append(np.where(known, self._end[way], edges[:, 0]))
-        return np.stack(found, 1)
+            places.append(np.where(known, self._end[way], edges[:, 0]))
+        return np.stack(places, 1)
 
     def _numbers(self, begin: NDArray[np.integer], end: NDArray[np.integer]) -> Indices:
         """(edge,) of edges by their vertices; -1 where no face has them in that direction."""

@@ -34,20 +34,11 @@ MARKS = re.compile(r"[^\w\s]*(?:\s+[!?;:…»”.]+(?=\s|$))?")
 
 @dataclass(frozen=True)
 class CueSheet:
-    """What is written.
+    """What `write_cues` writes: one cue or more without gaps, and what is known of the words.
 
-    Parameters
-    ----------
-    cues : sequence of MouthCue
-        Without gaps, one or more.
-    words : sequence of (float, float, str)
-        Start in s, end in s and word, where known.
-    text : str
-        The text that they are the words of, for the captions' punctuation.
-    sound : str
-        Name of the sound's file, told in .json and .xml.
-    fps : float
-        Frames per second of .dat.
+    `words` are start in s, end in s and word; `text` is the text that they are the words of, for
+    the captions' punctuation; `sound` is the name of the sound's file, told in .json and .xml;
+    `fps` are the frames per second of .dat.
     """
 
     cues: Sequence[MouthCue]
@@ -64,13 +55,9 @@ class CueSheet:
 def write_cues(sheet: CueSheet, path: str | Path) -> None:
     """Write cues, or captions of words, as the suffix says.
 
-    Parameters
-    ----------
-    sheet : CueSheet
-        What is written.
-    path : str or Path
-        .tsv, .xml or .json as Rhubarb Lip Sync writes them; .dat for Moho, OpenToonz and other
-        readers of Papagayo's names, frames counted from 1; .srt or .vtt, captions of the words.
+    .tsv, .xml and .json are as Rhubarb Lip Sync writes them; .dat is for Moho, OpenToonz and other
+    readers of Papagayo's names, with frames counted from 1; .srt and .vtt are captions of the
+    words.
 
     Raises
     ------
@@ -211,7 +198,7 @@ def as_written(words: Sequence[Label], text: str) -> list[Label]:
 
 def _written(words: Sequence[Label], text: str) -> list[tuple[Label, str]]:
     """Words as `as_written` has them, each with what stands before it: a space or nothing."""
-    found, at, before = [], 0, ""
+    placed, at, before = [], 0, ""
     for start, end, word in words:
         space = space_between(before, word)
         if at:
@@ -222,12 +209,12 @@ def _written(words: Sequence[Label], text: str) -> list[tuple[Label, str]]:
             marks = MARKS.match(text, place + len(word))
             stop = marks.end() if marks else place + len(word)
             word, at = text[at:stop].strip(), stop
-        found.append(((start, end, word), space))
+        placed.append(((start, end, word), space))
     rest = " ".join(text[at:].split())
     if at and rest and not any(map(str.isalnum, rest)):
-        (start, end, word), space = found.pop()
-        found.append(((start, end, f"{word} {rest}"), space))
-    return found
+        (start, end, word), space = placed.pop()
+        placed.append(((start, end, f"{word} {rest}"), space))
+    return placed
 
 
 def _clock(seconds: float, point: str) -> str:

@@ -38,7 +38,7 @@ SHAPE_OF = {phone: shape for shape, phones in _MEMBERS.items() for phone in phon
 HANDED_ON = {"AY": "B", "EY": "B", "OY": "B", "AW": "F", "OW": "F"}
 """What the second half of a diphthong shows."""
 DIPHTHONG_S = 0.12
-"""A shorter one shows its first half alone."""
+"""A shorter diphthong shows its first half alone."""
 LEAST_S = 0.06
 """No picture but those of lips that touch is shown for less."""
 CONTACT_S = 0.04
@@ -57,19 +57,10 @@ class MouthCue:
 
 
 def mouth_cues(speech: TimedSpeech, *, basic: bool = False) -> list[MouthCue]:
-    """The pictures of a speech, without gaps from 0 to its end.
+    """The pictures of a speech, without gaps from 0 to its end, in hundredths of a second as
+    Rhubarb has them; neighbours differ.
 
-    Parameters
-    ----------
-    speech : TimedSpeech
-        Its phones.
-    basic : bool
-        Use A to F alone, for characters that lack G, H and X.
-
-    Returns
-    -------
-    list of MouthCue
-        In hundredths of a second, as Rhubarb has them; neighbours differ.
+    With `basic`, A to F alone are used, for characters that lack G, H and X.
     """
     end = max(round(speech.duration_s, 2), 0.01)
     spans = _lasting(_joined(_over_pauses(_shown(speech.phones), end)))
@@ -80,43 +71,43 @@ def mouth_cues(speech: TimedSpeech, *, basic: bool = False) -> list[MouthCue]:
 
 def _shown(phones: Sequence[Label]) -> list[Label]:
     """A picture for each phone, two for a diphthong."""
-    found: list[Label] = []
+    spans: list[Label] = []
     for start, end, phone in phones:
         shape = SHAPE_OF.get(phone, "B")
         if phone in HANDED_ON and end - start >= DIPHTHONG_S:
             middle = (start + end) / 2
-            found += [(start, middle, shape), (middle, end, HANDED_ON[phone])]
+            spans += [(start, middle, shape), (middle, end, HANDED_ON[phone])]
         else:
-            found.append((start, end, shape))
-    return found
+            spans.append((start, end, shape))
+    return spans
 
 
 def _over_pauses(spans: list[Label], end: float) -> list[Label]:
     """Rest in pauses, at the start and at the end; a short pause belongs to what is before it."""
-    found: list[Label] = []
+    filled: list[Label] = []
     at = 0.0
     for start, stop, shape in spans:
-        if start - at >= PAUSE_S or (start > at and not found):
-            found.append((at, start, REST))
+        if start - at >= PAUSE_S or (start > at and not filled):
+            filled.append((at, start, REST))
         elif start > at:
-            before = found.pop()
-            found.append((before[0], start, before[2]))
-        found.append((max(start, at), stop, shape))
+            before = filled.pop()
+            filled.append((before[0], start, before[2]))
+        filled.append((max(start, at), stop, shape))
         at = max(at, stop)
     if at < end:
-        found.append((at, end, REST))
-    return found
+        filled.append((at, end, REST))
+    return filled
 
 
 def _joined(spans: Sequence[Label]) -> list[Label]:
     """Neighbours of one shape as one."""
-    found: list[Label] = []
+    joined: list[Label] = []
     for start, end, shape in spans:
-        if found and found[-1][2] == shape:
-            found[-1] = (found[-1][0], end, shape)
+        if joined and joined[-1][2] == shape:
+            joined[-1] = (joined[-1][0], end, shape)
         elif end > start:
-            found.append((start, end, shape))
-    return found
+            joined.append((start, end, shape))
+    return joined
 
 
 def _lasting(spans: list[Label]) -> list[Label]:
@@ -144,15 +135,15 @@ def _lasting(spans: list[Label]) -> list[Label]:
 
 def _contacts_seen(spans: list[Label]) -> list[Label]:
     """A contact lasts CONTACT_S at least; it takes the time from what is before it."""
-    found: list[Label] = []
+    widened: list[Label] = []
     for start, end, shape in spans:
-        if shape in CONTACTS and end - start < CONTACT_S and found:
-            before = found.pop()
+        if shape in CONTACTS and end - start < CONTACT_S and widened:
+            before = widened.pop()
             start = max(before[0], end - CONTACT_S)
             if start > before[0]:
-                found.append((before[0], start, before[2]))
-        found.append((start, end, shape))
-    return found
+                widened.append((before[0], start, before[2]))
+        widened.append((start, end, shape))
+    return widened
 
 
 def _whole_hundredths(spans: list[Label], end: float) -> list[Label]:

@@ -158,15 +158,15 @@ def segment_words(
             found=f"{count} words that do not fit into {waveform.duration_s:.2f} s",
             allowed="the text of this sound",
         )
-    found = _with_confidence(samples, words)
-    sure = float(np.mean([word.confidence for word in found]))
+    timed = _with_confidence(samples, words)
+    sure = float(np.mean([word.confidence for word in timed]))
     if sure < CONFIDENCE_MIN:
         raise AlignmentError.about(
             "text",
             found=f"words that do not match the sound (confidence {sure:.2f})",
             allowed=f"the text that is said: confidence {CONFIDENCE_MIN:g} or more",
         )
-    return TimedWords(tuple(found), waveform.duration_s)
+    return TimedWords(tuple(timed), waveform.duration_s)
 
 
 def _check_text(text: str) -> None:
@@ -207,7 +207,7 @@ def _with_confidence(samples: NDArray[np.float32], words: list[SpokenWord]) -> l
     """
     posteriors = _viseme_posteriors(samples)
     seconds = len(samples) / SPEECH_RATE
-    found = []
+    timed = []
     for word in words:
         start = min(max(word.start_s - PAD_S, 0.0), seconds - 2 * FRAME_S)
         end = min(max(word.end_s - PAD_S, start + FRAME_S), seconds)
@@ -216,8 +216,8 @@ def _with_confidence(samples: NDArray[np.float32], words: list[SpokenWord]) -> l
             for begin, finish, name in word.phones
         ]
         sure = float(np.exp(np.mean(np.concatenate(logs))))
-        found.append(TimedWord(word.text, round(start, 4), round(end, 4), round(min(sure, 1.0), 4)))
-    return found
+        timed.append(TimedWord(word.text, round(start, 4), round(end, 4), round(min(sure, 1.0), 4)))
+    return timed
 
 
 def _viseme_posteriors(samples: NDArray[np.float32]) -> dict[str, NDArray[np.float32]]:
@@ -227,12 +227,12 @@ def _viseme_posteriors(samples: NDArray[np.float32]) -> dict[str, NDArray[np.flo
 
     posteriors = np.exp(builtin_encoder().encode(samples))
     visemes = [PHONE_TO_VISEME[phone] for phone in PHONES]
-    found = {}
+    by_phone = {}
     for phone, viseme in zip(PHONES, visemes, strict=True):
         alike = [index for index, other in enumerate(visemes) if other == viseme]
         padded = np.pad(posteriors[:, alike].sum(axis=1), 1, "edge")
-        found[phone] = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
-    return found
+        by_phone[phone] = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
+    return by_phone
 
 
 def _log_posteriors(

@@ -16,19 +16,16 @@ docs/measurements/text.md."""
 
 
 def heard_phones(log_posteriors: Float32Array, duration_s: float) -> list[Label]:
-    """The most likely sequence of phones that last 0.04 s at least (Viterbi).
+    """The most likely sequence of phones that last 0.04 s at least (Viterbi), pauses left out.
+
+    They are start in s, end in s and ARPAbet phone, in order; none passes the sound's duration.
 
     Parameters
     ----------
     log_posteriors : (row, 40) float32
         Of the phone encoder, 50 rows a second.
     duration_s : float
-        Of the sound, which no phone passes.
-
-    Returns
-    -------
-    list of (float, float, str)
-        Start in s, end in s and ARPAbet phone, in order; pauses are left out.
+        Of the sound.
     """
     if not len(log_posteriors):
         return []

@@ -30,12 +30,12 @@ def checked_phones(
 ) -> Sequence[Label]:
     """The same phones with their times. Raises InputError as `posteriors_from_phones` does."""
     check_kind("phones", phones, list | tuple, "a list of (start s, end s, phone)")
-    for given in phones:
+    for label in phones:
         try:
-            start_s, end_s, phone = given
+            start_s, end_s, phone = label
         except (TypeError, ValueError):
             raise InputError.about(
-                "phones", found=brief(given), allowed="(start s, end s, phone)"
+                "phones", found=brief(label), allowed="(start s, end s, phone)"
             ) from None
         if not isinstance(phone, str) or phone not in PHONES:
             raise InputError.about(
@@ -160,11 +160,11 @@ def blended_posteriors(
 
 
 def _released(phones: Sequence[Label]) -> list[Label]:
-    found: list[Label] = []
+    labels: list[Label] = []
     for start, end, phone in checked_phones(phones):
         parted = max(end - RELEASE_S, start + SHORTEST_S) if phone in RELEASED else end
         if parted < end:
-            found += [(start, parted, phone), (parted, end, OPEN)]
+            labels += [(start, parted, phone), (parted, end, OPEN)]
         else:
-            found.append((start, end, phone))
-    return found
+            labels.append((start, end, phone))
+    return labels

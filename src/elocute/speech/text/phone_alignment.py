@@ -20,34 +20,27 @@ from elocute.errors import AlignmentError
 from elocute.speech.spoken_text import SpokenWord
 
 VISEME_SHARE = 0.5
-"""Of an emission, how much is the posterior of the viseme: voices differ in which of its phones."""
+"""Share of the viseme's posterior in an emission: voices differ in which of its phones they
+have."""
 WORST = -8.0
-"""No row may veto a path."""
+"""Least logarithm of a posterior, so that no single row can rule out a path."""
 REST_COST = 2.0
-"""Of entering a rest: a stop's closure belongs to the stop."""
+"""Cost of entering a rest: a stop's closure belongs to the stop."""
 BEAM, WIDER_BEAM = 300.0, 3000.0
 BAND = 60
 """States on each side of the best path that share in it."""
 OUTSIDE_COST_PER_S, OUTSIDE_COST_MAX = 100.0, 10.0
-"""Of a phone that leaves the given time of its word."""
+"""Cost of a phone outside the given time of its word: per second, and at most."""
 NEVER = -1e30
 ANYWHEN = (-np.inf, np.inf)
 
 
 @dataclass(frozen=True)
 class PronouncedWord:
-    """A word and how it is spoken.
+    """A word and its phones: one or more, ARPAbet without stress.
 
-    Parameters
-    ----------
-    text : str
-        The word.
-    phones : tuple of str
-        ARPAbet without stress, one or more.
-    span_s : (float, float), optional
-        Start and end in s, where known.
-    sure : bool
-        Whether it is known to be said, and no guess.
+    `span_s` is its start and end in s, where known; `sure` says that it is known to be said, and no
+    guess.
     """
 
     text: str
@@ -73,25 +66,20 @@ class _Lattice:
     @property
     def skips(self) -> NDArray[np.bool_]:
         """Whether each state can be entered from two before it: over a rest."""
-        found = np.zeros(len(self.phones), bool)
-        found[2:] = self.is_rest[1:-1] & ~self.is_rest[2:]
-        return found
+        skippable = np.zeros(len(self.phones), bool)
+        skippable[2:] = self.is_rest[1:-1] & ~self.is_rest[2:]
+        return skippable
 
 
 def align_phones(log_posteriors: Float32Array, words: Sequence[PronouncedWord]) -> list[SpokenWord]:
-    """Find the phones of words that are spoken in order.
+    """Find the phones of one word or more that are spoken in order; one SpokenWord for each.
 
     Parameters
     ----------
     log_posteriors : (row, 40) float32
         Of the phone encoder, 50 rows a second.
     words : sequence of PronouncedWord
-        One or more.
-
-    Returns
-    -------
-    list of SpokenWord
-        One for each word.
+        In the order in which they are said.
 
     Raises
     ------
@@ -163,12 +151,12 @@ def _scores_of(
     scores: Float64Array, lattice: _Lattice, row: int, first: int, stop: int
 ) -> Float64Array:
     """(state,) emissions of states first…stop in a row, less outside the time of their word."""
-    found = scores[row, lattice.phones[first:stop]]
+    state_scores = scores[row, lattice.phones[first:stop]]
     if lattice.begins is None or lattice.ends is None:
-        return found
+        return state_scores
     time = row / FEATURE_RATE
     away = np.maximum(lattice.begins[first:stop] - time, time - lattice.ends[first:stop])
-    return found - np.clip(away * OUTSIDE_COST_PER_S, 0, OUTSIDE_COST_MAX)
+    return state_scores - np.clip(away * OUTSIDE_COST_PER_S, 0, OUTSIDE_COST_MAX)
 
 
 def _best_path(scores: Float64Array, lattice: _Lattice) -> NDArray[np.intp]:
@@ -263,11 +251,11 @@ def _boundaries(
 
 def _shifted(values: Float64Array, offset: int, width: int) -> Float64Array:
     """`width` values from `offset` on, NEVER where there are none."""
-    found = np.full(width, NEVER)
+    shifted = np.full(width, NEVER)
     begin, end = max(0, -offset), min(width, len(values) - offset)
     if end > begin:
-        found[begin:end] = values[begin + offset : end + offset]
-    return found
+        shifted[begin:end] = values[begin + offset : end + offset]
+    return shifted
 
 
 def _crossings(past: Float64Array, firsts: NDArray[np.intp], states: int) -> Float64Array:
@@ -303,7 +291,7 @@ def _aligned(
 ) -> list[SpokenWord]:
     padded = np.pad(visemes, ((1, 1), (0, 0)), "edge")
     heard = np.log(np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:]).clip(1e-4, 1))
-    found, state = [], 1
+    spoken, state = [], 1
     for word in words:
         phones, logs = [], []
         for phone in word.phones:
@@ -315,5 +303,5 @@ def _aligned(
             state += 1
         state += 1  # the rest behind the word
         sure = float(np.exp(np.concatenate(logs).mean()))
-        found.append(SpokenWord(word.text, tuple(phones), min(sure, 1.0) if word.sure else 0.0))
-    return found
+        spoken.append(SpokenWord(word.text, tuple(phones), min(sure, 1.0) if word.sure else 0.0))
+    return spoken

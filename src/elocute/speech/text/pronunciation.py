@@ -16,19 +16,7 @@ UNTOLD = "en-us"
 
 
 def pronounce(text: str, language: str = UNTOLD) -> list[PronouncedWord]:
-    """The words of a text with their phones.
-
-    Parameters
-    ----------
-    text : str
-        The text.
-    language : str
-        As espeak-ng names it; "auto" is English.
-
-    Returns
-    -------
-    list of PronouncedWord
-        In the order of the text.
+    """The words of a text with their phones, in its order; language "auto" is English.
 
     Raises
     ------
@@ -51,24 +39,9 @@ def pronounce(text: str, language: str = UNTOLD) -> list[PronouncedWord]:
 
 
 def pronounce_each(words: Sequence[str], language: str = UNTOLD) -> dict[str, tuple[str, ...]]:
-    """The phones of words, each said alone.
+    """The phones of words, each said alone; no phones for a word that is not spoken.
 
-    Parameters
-    ----------
-    words : sequence of str
-        The words; one may be there many times.
-    language : str
-        As espeak-ng names it; "auto" is English.
-
-    Returns
-    -------
-    dict of str to tuple of str
-        None of them for a word that is not spoken.
-
-    Raises
-    ------
-    InputError, MachineError
-        As `pronounce`.
+    A word may be there many times; language "auto" is English. Raises as `pronounce`.
     """
     different, language = list(dict.fromkeys(words)), _named(language)
     try:

@@ -120,8 +120,8 @@ def recognise(
                 words += _timed(pronounce(text, language), text, parts)
                 texts.append(text.strip())
             except InputError:
-                told = f"espeak-ng does not speak those from {start_s:g} s on in {language}"
-                notes.append(f"words left to the encoder: {told}")
+                reason = f"espeak-ng does not speak those from {start_s:g} s on in {language}"
+                notes.append(f"words left to the encoder: {reason}")
         if progress is not None:
             progress(start_s + len(piece) / SPEECH_RATE)
     if not words:

@@ -15,9 +15,9 @@ from elocute.speech.times.labels import CLOCK
 ALLOWED = "a text in UTF-8 or UTF-16"
 NAMED_MAX = 4
 TIMED_SHARE = 3
-"""Where one line in so many has a time, and more than one has, nobody says them."""
+"""Times are not spoken where at least one line in three, and more than one line, has a time."""
 NEAR = 40
-"""Letters before and after an aside that say whether it stands between sentences."""
+"""How many letters before and after an aside are looked at for the ends of sentences."""
 ENDS = '.!?…:"”'
 _SSML = re.compile(r"\s*(?:<\?xml[^>]*>\s*)?(?:<!DOCTYPE[^>]*>\s*)?<speak[\s>]")
 # Of SSML, and of pages, where no <speak> is around it.
@@ -85,24 +85,10 @@ def read_transcript(
     allowed: str = ALLOWED,
     error: type[InputError] = InputError,
 ) -> str:
-    """Read a text that people wrote.
+    """Read a text that people wrote: all of it; of a transcript of LRS2 or LRS3, what is said.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    max_bytes, allowed, error
-        As of an `elocute.files.reading.FileKind`.
-
-    Returns
-    -------
-    str
-        All of it; of a transcript of LRS2 or LRS3, what is said.
-
-    Raises
-    ------
-    InputError
-        Of the class `error`, also for documents that are no plain text, which are named.
+    The limits are those of an `elocute.files.reading.FileKind`. Documents that are not plain text
+    raise `error` too, and are named.
     """
     data = read_bytes(path, FileKind(allowed, max_bytes, error))
     for start, kind in _KINDS:
@@ -156,20 +142,8 @@ class _SpokenText:
 def without_tags(text: str) -> str:
     """The text of SSML, or of a text with some of its tags; any other text as it is.
 
-    Parameters
-    ----------
-    text : str
-        Where it begins with <speak>, its tags are taken out; an alias takes the place of what it
-        stands for.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    InputError
-        For SSML that is no XML, and for declarations of entities in it.
+    Where it begins with <speak>, its tags are taken out; an alias takes the place of what it stands
+    for. Raises InputError for SSML that is not XML, and for declarations of entities in it.
     """
     if _SSML.match(text) is None:
         plain = _TAG.sub(
@@ -207,26 +181,14 @@ def speakers_of(text: str) -> frozenset[str]:
 
 
 def spoken_script(text: str, speakers: Collection[str] | None = None) -> tuple[str, list[str]]:
-    """What is said of a script: without tags of SSML, names of speakers and stage directions.
+    """What is said of a script, in its lines, and what was left out, in order.
 
-    A name stands in capitals before a colon at the start of a line, or before most lines; or in
-    capitals in a line of its own, as in screenplays. A direction stands in square brackets, or in
-    round ones between sentences or with a word such as `sighs`. Times at many lines are left out,
-    and so are the addresses of links, and marks of headings and scenes.
-
-    Parameters
-    ----------
-    text : str
-        As people have it.
-    speakers : collection of str, optional
-        The names, where more than this text tells them.
-
-    Returns
-    -------
-    said : str
-        What is said, in its lines.
-    left_out : list of str
-        What was left out, in order.
+    Tags of SSML, names of speakers and stage directions are left out. A name stands in capitals
+    before a colon at the start of a line, or before most lines; or in capitals in a line of its
+    own, as in screenplays; `speakers` are the names, where more than this text tells them. A
+    direction stands in square brackets, or in round ones between sentences or with a word such as
+    `sighs`. Times at many lines are left out, and so are the addresses of links, and marks of
+    headings and scenes.
     """
     text = without_tags(text)
     left_out: list[str] = []

@@ -22,16 +22,9 @@ _SAID_SIGNS = frozenset("%‰&@#§°")
 
 @dataclass(frozen=True)
 class TextWord:
-    """A word and its place: `text[start:end]`.
+    """A word and its place, `text[start:end]`, without the marks round it.
 
-    Parameters
-    ----------
-    start, end : int
-        Letters of the text before it and up to its end.
-    text : str
-        As it is written, without the marks round it.
-    is_sign : bool
-        Whether it is a sign alone, as & or +, which some voices say.
+    `is_sign` says that it is a sign alone, as & or +, which some voices say.
     """
 
     start: int
@@ -54,33 +47,24 @@ def words_of_text(text: str) -> list[TextWord]:
     """The words of a text in their order, and signs that may be spoken.
 
     A sign that touches a word belongs to it: $9.99, 50%.
-
-    Parameters
-    ----------
-    text : str
-        The text.
-
-    Returns
-    -------
-    list of TextWord
     """
     cuts = sorted({0, *(match.start() for match in _boundary().finditer(text)), len(text)})
-    found: list[TextWord] = []
+    words: list[TextWord] = []
     for start, end in pairwise(cuts):
         part = text[start:end]
         if any(map(str.isalnum, part)):
-            before = found[-1] if found else None
+            before = words[-1] if words else None
             if before and before.is_sign and before.end == start:
-                found.pop()
+                words.pop()
                 start = before.start
-            found.append(TextWord(start, end, text[start:end]))
+            words.append(TextWord(start, end, text[start:end]))
         elif part and all(map(_is_said, part)):
-            before = found[-1] if found else None
+            before = words[-1] if words else None
             if before and before.end == start:
-                found[-1] = replace(before, end=end, text=text[before.start : end])
+                words[-1] = replace(before, end=end, text=text[before.start : end])
             else:
-                found.append(TextWord(start, end, part, is_sign=True))
-    return found
+                words.append(TextWord(start, end, part, is_sign=True))
+    return words
 
 
 def share_phones(
@@ -89,52 +73,45 @@ def share_phones(
     places: Sequence[int],
     lengths: Sequence[int],
 ) -> list[tuple[TextWord, range]]:
-    """Give every word of a text its phones.
+    """Give every word of a text the numbers of its phones, one or more.
 
     Engines join words ("of the") and part others ("lived" at a suffix): what lies between the
-    places that they tell is shared out by how many phones each word has when it stands alone.
+    places that they tell is shared out by how many phones each word has when it stands alone. Where
+    there are fewer phones than words, words are joined; a sign that is not spoken is left out.
 
     Parameters
     ----------
-    text : str
-        The text.
-    words : sequence of TextWord
-        Its words, from `words_of_text`.
+    text, words
+        The text and its words, from `words_of_text`.
     places : sequence of int
         Of each phone, the place in the text at which the engine was.
     lengths : sequence of int
         Of each word, its phones where it stands alone.
-
-    Returns
-    -------
-    list of (TextWord, range)
-        Every word once, with the numbers of its phones, one or more. Where there are fewer phones
-        than words, words are joined; a sign that is not spoken is left out.
     """
     owners = _owners(words, places)
     said = set(owners)
     kept = [at for at, word in enumerate(words) if not word.is_sign or at in said]
     firsts = [at for at, word in enumerate(owners) if at == 0 or word != owners[at - 1]]
-    found: list[tuple[TextWord, range]] = []
+    shares: list[tuple[TextWord, range]] = []
     for number, first in enumerate(firsts):
         begin = 0 if number == 0 else owners[first]
         last = number + 1 == len(firsts)
         stop = len(words) if last else owners[firsts[number + 1]]
         group = [at for at in kept if begin <= at < stop]
         phones = range(first, len(owners) if last else firsts[number + 1])
-        found += _shared(text, [(words[at], max(lengths[at], 1)) for at in group], phones)
-    return found
+        shares += _shared(text, [(words[at], max(lengths[at], 1)) for at in group], phones)
+    return shares
 
 
 def _owners(words: Sequence[TextWord], places: Sequence[int]) -> list[int]:
     """Of each phone the number of its word: the one at its place or behind it, never going back."""
-    found, at, far = [], 0, -1
+    owners, at, far = [], 0, -1
     for place in places:
         far = max(far, place)
         while at + 1 < len(words) and words[at].end <= far:
             at += 1
-        found.append(at)
-    return found
+        owners.append(at)
+    return owners
 
 
 def _shared(
@@ -147,15 +124,15 @@ def _shared(
         whole = TextWord(first.start, end, text[first.start : end])
         joined = [*joined[: len(phones) - 1], whole]
     weights = [weight for _, weight in group][: len(joined)]
-    found, at, done = [], 0, 0
+    shares, at, done = [], 0, 0
     for number, (word, weight) in enumerate(zip(joined, weights, strict=True), 1):
         done += weight
         left = len(joined) - number
         stop = round(len(phones) * done / sum(weights)) if left else len(phones)
         stop = min(max(stop, at + 1), len(phones) - left)
-        found.append((word, phones[at:stop]))
+        shares.append((word, phones[at:stop]))
         at = stop
-    return found
+    return shares
 
 
 def _is_said(letter: str) -> bool:

@@ -29,7 +29,7 @@ DOUBTFUL = 0.12
 MOST_SILENT = 0.995
 NAMED_MAX = 5
 CAPTION_SLACK_S = 0.5
-"""By so much people set subtitles too early or too late."""
+"""Seconds by which subtitles may be too early or too late."""
 SPOKEN_S = 0.3
 """As much speech as is heard between recognised words, where a recogniser missed something."""
 
@@ -80,14 +80,14 @@ class Transcript:
     ) -> Transcript:
         """The transcript of words whose times in s are known. Raises InputError, MachineError."""
         spelled = pronounce_each([word for _, _, word in words], language)
-        found = [
+        pronounced = [
             PronouncedWord(word, spelled[word], (start, end))
             for start, end, word in words
             if spelled[word]
         ]
-        if not found:
+        if not pronounced:
             raise AlignmentError.about("words", found="none that is spoken", allowed="words")
-        return cls(tuple(found))
+        return cls(tuple(pronounced))
 
     def align(self, heard: Float32Array) -> list[SpokenWord]:
         """The words as they are found in a recording.
@@ -96,10 +96,6 @@ class Transcript:
         ----------
         heard : (row, 40) float32
             Log-posteriors of the phone encoder, 50 rows a second.
-
-        Returns
-        -------
-        list of SpokenWord
 
         Raises
         ------
@@ -139,7 +135,7 @@ class Transcript:
 
     def _align_parts(self, heard: Float32Array) -> list[SpokenWord]:
         """The words of each part of the sound; none of a part too short for its words."""
-        found: list[SpokenWord] = []
+        spoken: list[SpokenWord] = []
         for begin, end in pairwise([0.0, *self.seams_s, np.inf]):
             rows = heard[round(begin * 50) : None if end == np.inf else round(end * 50)]
             words = [
@@ -148,8 +144,8 @@ class Transcript:
                 if word.span_s and begin <= sum(word.span_s) / 2 < end
             ]
             if words and sum(len(word.phones) for word in words) <= len(rows):
-                found += [_later(word, begin) for word in align_phones(rows, words)]
-        return found
+                spoken += [_later(word, begin) for word in align_phones(rows, words)]
+        return spoken
 
 
 def _later(word: SpokenWord, by_s: float) -> SpokenWord:
@@ -180,20 +176,12 @@ class TranscribedPhones:
 
 
 def transcribe(transcript: Transcript, heard: Float32Array, duration_s: float) -> TranscribedPhones:
-    """Find the phones of a transcript in a recording.
+    """Find the phones of a transcript in a recording that lasts `duration_s`.
 
     Parameters
     ----------
-    transcript : Transcript
-        What is said.
     heard : (row, 40) float32
         Log-posteriors of the phone encoder, 50 rows a second.
-    duration_s : float
-        Of the recording.
-
-    Returns
-    -------
-    TranscribedPhones
 
     Raises
     ------

@@ -62,41 +62,24 @@ def is_captions(text: str) -> bool:
 
 
 def captions_of(text: str) -> list[Label]:
-    """The captions of a text of subtitles, without tags, speakers and stage directions.
+    """The captions of subtitles (SubRip, WebVTT, SubStation Alpha) or lyrics (LRC).
 
-    Parameters
-    ----------
-    text : str
-        SubRip, WebVTT, SubStation Alpha or lyrics (LRC). What captions that roll up repeat of the
-        one before is left out.
-
-    Returns
-    -------
-    list of (float, float, str)
-        Start in s, end in s and what is said.
-
-    Raises
-    ------
-    InputError
-        For times that go back, and too many captions.
+    They are start in s, end in s and what is said, without tags, speakers and stage directions, and
+    without what captions that roll up repeat of the one before. Raises InputError for times that go
+    back, and too many captions.
     """
     return [(each.start, each.end, _MARKS.sub("", said)) for each, said in _said(text)]
 
 
 def words_of_captions(text: str) -> list[Label]:
-    """The words of subtitles, as `captions_of` has these, each with its time.
+    """The words of subtitles, as `captions_of` has these: start in s, end in s and word, in order.
 
     Where captions have no times for words, it is that of the caption: a word is said somewhere
     there.
-
-    Returns
-    -------
-    list of (float, float, str)
-        Start in s, end in s and word, in order.
     """
     from elocute.speech.text.text_words import words_of_text
 
-    found: list[Label] = []
+    labels: list[Label] = []
     for caption, said in _said(text):
         plain, marks = "", [(0, caption.start)]
         for part in re.split(f"({_MARKS.pattern})", said):
@@ -108,25 +91,12 @@ def words_of_captions(text: str) -> list[Label]:
             if not word.is_sign:
                 start = next(at for place, at in reversed(marks) if place <= word.start)
                 later = (at for place, at in marks if place >= word.end)
-                found.append((start, next(later, caption.end), word.text))
-    return found
+                labels.append((start, next(later, caption.end), word.text))
+    return labels
 
 
 def said_text(text: str) -> tuple[str, list[str]]:
-    """What is said of a text as people have it, subtitles among them.
-
-    Parameters
-    ----------
-    text : str
-        Subtitles, a script, SSML, or a plain text.
-
-    Returns
-    -------
-    said : str
-        What is said.
-    notes : list of str
-        What was left out.
-    """
+    """What is said of subtitles, a script, SSML or a plain text, and notes of what was left out."""
     if is_captions(text):
         return "\n".join(said for _, _, said in captions_of(text)), []
     said, left_out = spoken_script(text)
@@ -146,15 +116,15 @@ def _said(text: str) -> Iterator[tuple[_Caption, str]]:
 def _captions(text: str) -> list[_Caption]:
     """The captions of a text as they stand there. Raises InputError."""
     parse = _ass if _is_ass(text) else _timed if _TIMES.search(text) else _lyrics
-    found = []
+    captions = []
     for number, (start, end, body) in enumerate(_lit_up(parse(text)), 1):
         if number > LABELS_MAX:
             raise InputError(f"more than {LABELS_MAX} captions; allowed: up to {LABELS_MAX}")
         if end < start:
             found_at = f"{start:g} to {end:g} s"
             raise InputError.about(f"caption {number}", found=found_at, allowed="start <= end")
-        found.append(_caption(start, end, body))
-    return sorted(found, key=lambda each: each.start)
+        captions.append(_caption(start, end, body))
+    return sorted(captions, key=lambda each: each.start)
 
 
 def _caption(start: float, end: float, body: str) -> _Caption:
@@ -263,8 +233,8 @@ def _ass_text(text: str, start: float) -> str:
 
 def _lyrics(text: str) -> Iterator[Label]:
     """LRC: lines that begin with the times at which they are sung, each until the next one."""
-    given = _LRC_OFFSET.search(text)
-    sooner = int(given[1]) / 1000 if given else 0.0
+    offset_ms = _LRC_OFFSET.search(text)
+    sooner = int(offset_ms[1]) / 1000 if offset_ms else 0.0
 
     def moved(time: str) -> float:
         return max(round((clock_seconds(time) or 0.0) - sooner, 3), 0.0)

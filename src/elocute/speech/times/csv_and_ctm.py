@@ -50,23 +50,9 @@ def has_columns(text: str) -> bool:
 def parse_csv(text: str, choice: TierChoice, sorted_out: Callable[[list[Label]], Labels]) -> Labels:
     """Phones or words of a table with a first row of names.
 
-    Parameters
-    ----------
-    text : str
-        The table: start, end or duration, and label; also a tier (MFA's Type) and a speaker.
-    choice : TierChoice
-        The wanted tier and speaker.
-    sorted_out : callable
-        Says whether labels are phones or words where no name does.
-
-    Returns
-    -------
-    Labels
-
-    Raises
-    ------
-    InputError
-        For another table, naming the row and the column.
+    Its columns are start, end or duration, and label; also a tier (MFA's Type) and a speaker, of
+    which `choice` says what is wanted. `sorted_out` says whether labels are phones or words where
+    no name does. Raises InputError for another table, naming the row and the column.
     """
     tiers: dict[str, list[Label]] = {}
     speakers: dict[str, None] = {}

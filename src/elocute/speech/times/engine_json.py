@@ -30,12 +30,12 @@ TICK_S, MILLISECOND_S = 1e-7, 1e-3
 TICKS_LEAST = 5000.0
 """A word of Azure lasts longer in ticks, and shorter in milliseconds."""
 MILLISECONDS_LEAST = 20.0
-"""And longer in milliseconds than in seconds."""
+"""A word lasts longer in milliseconds, and shorter in seconds."""
 DEPTH_MAX = 12
 PIECES_S = 0.1
-"""So far apart pieces of a word may stand."""
+"""How far apart the pieces of a word may be."""
 IDEOGRAPHS = "\u2e80"
-"""From here on are scripts without spaces."""
+"""The first letter of the scripts that are written without spaces."""
 ALLOWED = (
     "visemes of Azure, Polly or TalkingHead, mouth cues of Rhubarb, or phones and words of "
     "aligners, speech engines and recognisers, or of Elocute"
@@ -63,26 +63,26 @@ Record = Mapping[str, Any]
 
 def parse_json_times(text: str, choice: TierChoice | None = None) -> Labels:
     """Labels of a JSON text, whoever wrote it; `choice` says which tier. Raises InputError."""
-    found = _parsed(_value(text), choice or TierChoice())
-    phones = [(start, end, phone.strip()) for start, end, phone in found.phones]
-    return replace(found, phones=phones, words=_whole_words(found.words))
+    labels = _parsed(_value(text), choice or TierChoice())
+    phones = [(start, end, phone.strip()) for start, end, phone in labels.phones]
+    return replace(labels, phones=phones, words=_whole_words(labels.words))
 
 
 def _whole_words(words: Iterable[Label]) -> list[Label]:
     """Words of the pieces that models know, of which those begin with a space that begin a word."""
     pieces = [*words]
     in_pieces = any(text.startswith(" ") for _, _, text in pieces)
-    found: list[Label] = []
+    whole: list[Label] = []
     for start, end, text in pieces:
         plain = text.strip()
-        begun, until, before = found[-1] if found else (0.0, 0.0, "")
+        begun, until, before = whole[-1] if whole else (0.0, 0.0, "")
         follows = before and not text.startswith(" ") and 0 <= start - until <= PIECES_S
         if in_pieces and follows and " " not in before + plain and before[-1] < IDEOGRAPHS:
             is_said = any(map(str.isalnum, plain))
-            found[-1] = begun, end if is_said else until, before + plain
+            whole[-1] = begun, end if is_said else until, before + plain
         else:
-            found.append((start, end, plain))
-    return found
+            whole.append((start, end, plain))
+    return whole
 
 
 def _parsed(value: Any, choice: TierChoice) -> Labels:
@@ -129,9 +129,9 @@ def _from_list(values: list[Any]) -> Labels:
         pairs = [(number * MILLISECOND_S, str(viseme)) for number, viseme in values]
         return Labels(phones=until_next(pairs), alphabet="azure")
     if values and all(isinstance(value, list) for value in values):
-        found = _anywhere(values)
-        if found.words:
-            return found
+        labels = _anywhere(values)
+        if labels.words:
+            return labels
     events = [_plain(each) for each in values]
     if any("timestampinfo" in _inner(event) for event in events):
         return _inworld(events)
@@ -166,39 +166,39 @@ def _from_events(events: Sequence[Record], values: Any) -> Labels:
         return _polly(events)
     if all(OFFSETS & event.keys() and {"text", "word"} & event.keys() for event in events):
         return _azure_words(events)
-    found = _anywhere(values)
-    if found.phones or found.words:
-        return found
+    labels = _anywhere(values)
+    if labels.phones or labels.words:
+        return labels
     shown = ", ".join(list(events[0])[:6])
     raise InputError(f"records of {shown[:60]}; allowed: {ALLOWED}")
 
 
 def _anywhere(value: Any, depth: int = 0) -> Labels:
     """Records of a start, an end and a label, wherever they stand; the innermost ones."""
-    found = Labels()
+    labels = Labels()
     if depth > DEPTH_MAX:
-        return found
+        return labels
     if isinstance(value, list):
         if label := _triple(value):
-            found.words.append(label)
-            return found
+            labels.words.append(label)
+            return labels
         parts = [_anywhere(each, depth + 1) for each in value]
     elif isinstance(value, dict):
         record = _plain(value)
         if record.get("type") in NOT_SAID:
-            return found
+            return labels
         parts = [_anywhere(_first(key, inner), depth + 1) for key, inner in record.items()]
         if not any(part.phones or part.words for part in parts):
             return _timed(record)
     else:
-        return found
+        return labels
     for part in _each_once(parts, in_record=isinstance(value, dict)):
-        found.phones.extend(part.phones)
-        found.words.extend(part.words)
-        found.notes.extend(note for note in part.notes if note not in found.notes)
+        labels.phones.extend(part.phones)
+        labels.words.extend(part.words)
+        labels.notes.extend(note for note in part.notes if note not in labels.notes)
     if isinstance(value, dict) and len(_plain(value).get("channels") or ()) > 1:
-        found.notes.append("of several channels the first is taken")
-    return found
+        labels.notes.append("of several channels the first is taken")
+    return labels
 
 
 def _each_once(parts: Iterable[Labels], in_record: bool) -> Iterator[Labels]:
@@ -264,10 +264,10 @@ def _timed(record: Record) -> Labels:
         return Labels()
     if not isinstance(label, str):
         return Labels()
-    found = [_word(record)]
+    labels = [_word(record)]
     if _key(record, PHONE_KEYS):
-        return Labels(phones=found, notes=notes)
-    return Labels(words=found, notes=notes)
+        return Labels(phones=labels, notes=notes)
+    return Labels(words=labels, notes=notes)
 
 
 def _azure_visemes(events: Sequence[Record]) -> Labels:
@@ -275,7 +275,7 @@ def _azure_visemes(events: Sequence[Record]) -> Labels:
 
     Blend shapes come as further events of id 0 at offset 0, after the visemes: these are no rests.
     """
-    found: list[tuple[float, str]] = []
+    starts: list[tuple[float, str]] = []
     in_ms = False
     for event in events:
         if "visemeid" not in event:
@@ -284,15 +284,15 @@ def _azure_visemes(events: Sequence[Record]) -> Labels:
         in_ms = in_ms or key.endswith("ms")
         start = seconds_of(event.get(key), "offset of a viseme")
         viseme = event["visemeid"]
-        if found and start == 0 and viseme in (0, "0"):
+        if starts and start == 0 and viseme in (0, "0"):
             continue
-        found.append((start, str(viseme)))
+        starts.append((start, str(viseme)))
     unit, notes = MILLISECOND_S if in_ms else TICK_S, []
-    steps = [b - a for (a, _), (b, _) in pairwise(found) if b > a]
+    steps = [b - a for (a, _), (b, _) in pairwise(starts) if b > a]
     if not in_ms and steps and median(steps) < TICKS_LEAST:  # divided already, as in its examples
         unit, name = (MILLISECOND_S, "milliseconds") if median(steps) > 2 else (1.0, "seconds")
         notes = [f"offsets were taken for {name}: too small for ticks of 100 ns"]
-    visemes = [(start * unit, viseme) for start, viseme in found]
+    visemes = [(start * unit, viseme) for start, viseme in starts]
     return Labels(phones=until_next(visemes), alphabet="azure", notes=notes)
 
 
@@ -324,19 +324,19 @@ def _azure_words(events: Sequence[Record]) -> Labels:
 def _azure_assessment(events: Iterable[Record]) -> Labels:
     """Azure's recognition and pronunciation assessment: NBest, Words, Phonemes, in ticks; or words
     alone. Those that were not said have no time."""
-    found, missed = Labels(), 0
+    labels, missed = Labels(), 0
     for event in events:
         best = _records(event["nbest"])[:1] if "nbest" in event else [event]
         for word in (w for each in best for w in _records(each.get("words") or [event])):
             if "offset" not in word:
                 missed += "word" in word
                 continue
-            found.words.append(_ticks(word, "word"))
+            labels.words.append(_ticks(word, "word"))
             phones = _records(word.get("phonemes") or [])
-            found.phones.extend(_ticks(each, "phoneme") for each in phones)
+            labels.phones.extend(_ticks(each, "phoneme") for each in phones)
     if missed:
-        found.notes.append(f"{missed} words without times are left out")
-    return found
+        labels.notes.append(f"{missed} words without times are left out")
+    return labels
 
 
 def _ticks(record: Record, name: str) -> Label:
@@ -375,14 +375,14 @@ def _inworld(events: Iterable[Record]) -> Labels:
     infos = [_plain(_inner(event).get("timestampinfo") or {}) for event in events]
     if any(info.get("characteralignment") for info in infos):
         return _letters([{"alignment": info.get("characteralignment")} for info in infos])
-    found = Labels()
+    labels = Labels()
     for info in infos:
         words = _plain(info.get("wordalignment") or {"words": []})
         if words.get("words"):
             times = ("wordstarttimeseconds", "wordendtimeseconds")
-            found.words.extend(_columns(words, "words", times))
-            found.phones.extend(_anywhere(words.get("phoneticdetails")).phones)
-    return found
+            labels.words.extend(_columns(words, "words", times))
+            labels.phones.extend(_anywhere(words.get("phoneticdetails")).phones)
+    return labels
 
 
 def _mfa(record: Record, choice: TierChoice) -> Labels:
@@ -435,7 +435,7 @@ def _between(segment: Record) -> tuple[list[Label], list[str]]:
     ]
     at = finite_number(segment.get("start"))
     until = finite_number(segment.get("end"))
-    found: list[Label] = []
+    labels: list[Label] = []
     waiting: list[str] = []
     notes = []
     for word in [*words, None] if any(word.get("start") is not None for word in words) else []:
@@ -448,19 +448,19 @@ def _between(segment: Record) -> tuple[list[Label], list[str]]:
         named = ", ".join(map(str.strip, waiting))[:60]
         if waiting and at is not None and end is not None and at < end:
             part = (end - at) / len(waiting)
-            found += [(at + i * part, at + (i + 1) * part, w) for i, w in enumerate(waiting)]
+            labels += [(at + i * part, at + (i + 1) * part, w) for i, w in enumerate(waiting)]
             notes.append(f"{named!r} has no time and is looked for in between")
         elif waiting:
             notes.append(f"{named!r} has no time and is left out")
-        found, waiting, at = [*found, *timed], [], timed[0][1] if timed else at
-    return found, notes
+        labels, waiting, at = [*labels, *timed], [], timed[0][1] if timed else at
+    return labels, notes
 
 
 def _words(record: Record) -> Labels:
     """A list of words of an engine or recogniser; Gentle's with phones and their durations."""
     if _is_texts(record["words"]):
         return Labels(words=_columns(record, "words", ("wtimes", "wdurations")))
-    found, missed = Labels(), 0
+    labels, missed = Labels(), 0
     if any("offset" in word for word in _records(record["words"])):
         return _azure_assessment(_records(record["words"]))
     for word in _records(record["words"]):
@@ -468,17 +468,17 @@ def _words(record: Record) -> Labels:
         if start is None or word.get("type") in NOT_SAID:  # Gentle did not find it
             missed += start is None and word.get("type") not in NOT_SAID
             continue
-        found.words.append(_word(word))
+        labels.words.append(_word(word))
         at = seconds_of(_number(start), "start of a word")
         for phone in _records(word.get("phones") or []):
             length = seconds_of(phone.get("duration"), "duration of a phone")
             if "start" in phone:
                 at = seconds_of(phone["start"], "start of a phone")
-            found.phones.append((at, at + length, _text(phone.get("phone"))))
+            labels.phones.append((at, at + length, _text(phone.get("phone"))))
             at += length
     if missed:
-        found.notes.append(f"{missed} words without times are left out")
-    return found
+        labels.notes.append(f"{missed} words without times are left out")
+    return labels
 
 
 def _phones(key: str) -> Callable[[Record], Labels]:
@@ -494,15 +494,15 @@ def _phones(key: str) -> Callable[[Record], Labels]:
 
 def _visemes(record: Record) -> Labels:
     """TalkingHead: names of Oculus's visemes, with times and durations in ms; or events."""
-    given = _list(record["visemes"])
-    rows = [row for each in given if isinstance(each, list) and (row := _triple(each))]
-    if _is_texts(given):
+    entries = _list(record["visemes"])
+    rows = [row for each in entries if isinstance(each, list) and (row := _triple(each))]
+    if _is_texts(entries):
         rows = _columns(record, "visemes", ("vtimes", "vdurations"))
-    elif len(rows) < len(given):
-        if all(isinstance(each, dict) or _is_pair(each) for each in given):
-            return _from_list(given)
+    elif len(rows) < len(entries):
+        if all(isinstance(each, dict) or _is_pair(each) for each in entries):
+            return _from_list(entries)
         allowed = '["PP", 0.1, 0.2] in s, [100, 21] of Azure, or records'
-        raise InputError.about("visemes", found=str(given[0])[:40], allowed=allowed)
+        raise InputError.about("visemes", found=str(entries[0])[:40], allowed=allowed)
     phones = [(start, end, name.removeprefix("viseme_")) for start, end, name in rows]
     return Labels(phones=phones, alphabet="oculus")
 
@@ -516,7 +516,7 @@ def _voicevox(record: Record) -> Labels:
     """VOICEVOX: lengths of consonants and vowels in s, at a speed of 1."""
     speed = finite_number(record.get("speedscale", 1.0)) or 1.0
     at = seconds_of(record.get("prephonemelength", 0.0), "silence before", 1 / speed)
-    found = Labels(alphabet="romaji")
+    labels = Labels(alphabet="romaji")
     for phrase in _records(record["accentphrases"]):
         moras = _list(phrase.get("moras"))
         for mora in map(_plain, [*moras, *filter(None, [phrase.get("pausemora")])]):
@@ -524,22 +524,22 @@ def _voicevox(record: Record) -> Labels:
                 if mora.get(kind) is None:
                     continue
                 end = at + seconds_of(mora.get(f"{kind}length"), f"length of a {kind}", 1 / speed)
-                found.phones.append((at, end, _text(mora[kind])))
+                labels.phones.append((at, end, _text(mora[kind])))
                 at = end
-    return found
+    return labels
 
 
 def _cartesia(events: Iterable[Record]) -> Labels:
     """Cartesia: words and phones as columns of labels, starts and ends."""
-    found = Labels()
+    result = Labels()
     for event in events:
         for key, kind, labels in (
-            ("phonemetimestamps", "phonemes", found.phones),
-            ("wordtimestamps", "words", found.words),
+            ("phonemetimestamps", "phonemes", result.phones),
+            ("wordtimestamps", "words", result.words),
         ):
             if event.get(key) is not None:
                 labels.extend(_columns(_plain(event[key]), kind, ("start", "end")))
-    return found
+    return result
 
 
 def _columns(record: Record, kind: str, times: tuple[str, str]) -> list[Label]:
@@ -552,13 +552,13 @@ def _columns(record: Record, kind: str, times: tuple[str, str]) -> list[Label]:
         )
     in_ms = times[1].endswith("durations")
     unit = MILLISECOND_S if in_ms else 1.0
-    found = []
+    timed = []
     for label, begin, last in zip(labels, starts, lasts, strict=True):
         start, end = (
             seconds_of(each, f"time of one of the {kind}", unit) for each in (begin, last)
         )
-        found.append((start, start + end if in_ms else end, _text(label)))
-    return found
+        timed.append((start, start + end if in_ms else end, _text(label)))
+    return timed
 
 
 def _letters(records: Sequence[Record]) -> Labels:
@@ -608,13 +608,13 @@ def _spoken_letters(record: Record) -> list[Label]:
             f"{len(letters)} letters, {len(starts)} starts and {len(lasts)} ends; allowed: as many"
         )
     unit = MILLISECOND_S if in_ms else 1.0
-    found = []
+    timed = []
     for letter, begin, last in zip(letters, starts, lasts, strict=True):
         start, end = (seconds_of(each, "time of a letter", unit) for each in (begin, last))
         if not isinstance(letter, str):
             raise InputError(f"label {str(letter)[:40]}; allowed: text")
-        found.append((start, start + end if in_ms else end, letter))
-    return found
+        timed.append((start, start + end if in_ms else end, letter))
+    return timed
 
 
 def _word(record: Record) -> Label:

@@ -105,8 +105,8 @@ def _time(value: str | None) -> float:
 
 def _matched(pattern: re.Pattern[str], lines: list[str]) -> list[re.Match[str]]:
     """What a pattern finds in the lines; nothing where one of them has another form."""
-    found = [pattern.fullmatch(line) for line in lines]
-    return [match for match in found if match] if all(found) else []
+    matches = [pattern.fullmatch(line) for line in lines]
+    return [match for match in matches if match] if all(matches) else []
 
 
 def _in_seconds(line: str) -> str:
@@ -125,12 +125,12 @@ def _in_seconds(line: str) -> str:
 
 def _mbrola(rows: list[re.Match[str]]) -> Labels:
     """MBROLA: a phone and its duration in ms on each line; pairs of pitch follow."""
-    at, found = 0.0, list[Label]()
+    at, phones = 0.0, list[Label]()
     for row in rows:
         end = at + float(row[2]) / 1000
-        found.append((at, end, row[1]))
+        phones.append((at, end, row[1]))
         at = end
-    return Labels(phones=found)
+    return Labels(phones=phones)
 
 
 def _ends(rows: list[re.Match[str]]) -> Labels:
@@ -192,11 +192,11 @@ def _papagayo(lines: list[str]) -> Labels:
     try:
         _, rate, _, voices, *rest = lines
         rows, fps = iter(rest), float(rate)
-        found = [_voice(rows, fps) for _ in range(int(voices))]
+        voice_labels = [_voice(rows, fps) for _ in range(int(voices))]
     except (StopIteration, ValueError, ZeroDivisionError, OverflowError):
         allowed = "voices of phrases of words"
         raise InputError.about("Papagayo's project", found="others", allowed=allowed) from None
-    spoken = [each for each in found if each.words] or [Labels()]
+    spoken = [each for each in voice_labels if each.words] or [Labels()]
     if len(spoken) > 1:
         spoken[0].notes.append("of several voices the first is taken")
     return spoken[0]

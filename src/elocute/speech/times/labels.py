@@ -19,25 +19,18 @@ ones."""
 BYTES_MAX = 50_000_000
 LABELS_MAX = 1_000_000
 BACK_S = 0.1
-"""So far events may stand out of order."""
+"""How far events may be out of order."""
 LAST_S, OPEN_S = 0.15, 0.3
-"""How long a last event, and a last word, lasts whose end nobody says."""
+"""Seconds that the last event and the last word last where their ends are not given."""
 CLOCK = r"(?:\d{1,3}:)?\d{1,3}:\d{2}(?:[.,]\d{1,9})?"
 """A time in hours, minutes and seconds."""
 
 
 @dataclass(frozen=True)
 class Labels:
-    """What a file holds: phones, or words alone.
+    """What a file holds: phones, or words alone, as start in s, end in s and label.
 
-    Parameters
-    ----------
-    phones, words : list of (float, float, str)
-        Start in s, end in s and label.
-    alphabet : str
-        How the phones are written, where the format says it.
-    notes : list of str
-        What was guessed.
+    `alphabet` says how the phones are written, where the format says it; `notes` what was guessed.
     """
 
     phones: list[Label] = field(default_factory=list)
@@ -64,14 +57,14 @@ def clock_seconds(text: str) -> float | None:
 
 def until_next(events: Iterable[tuple[float, str]]) -> list[Label]:
     """Events that last until the next one. Raises InputError where their times begin again."""
-    given = list(events)
-    for (before, _), (start, text) in pairwise(given):
+    starts = list(events)
+    for (before, _), (start, text) in pairwise(starts):
         if start < before - BACK_S:
             raise InputError.about(
                 f"time of {text[:40]!r}",
                 found=f"{start:.3f} s, behind one at {before:.3f} s",
                 allowed="the events of one sound, in order",
             )
-    ordered = sorted(given, key=lambda event: event[0])
+    ordered = sorted(starts, key=lambda event: event[0])
     ends = [start for start, _ in ordered[1:]] + [ordered[-1][0] + LAST_S] if ordered else []
     return [(start, end, text) for (start, text), end in zip(ordered, ends, strict=True)]

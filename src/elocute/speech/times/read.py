@@ -39,15 +39,15 @@ OVERLAP_MAX_S = 0.05
 GAP_MAX_S = 0.02
 """A shorter gap is a matter of rounding, and belongs to the phone before."""
 ROUNDING_S = 0.05
-"""By so much labels may begin before the sound."""
+"""Seconds by which labels may begin before the sound."""
 BEYOND_MAX_S = 0.25
 """Past the end of the sound, phones are cut; further than this they belong to another sound."""
 UNKNOWN_SHARE = 0.5
-"""Of the symbols of a file: where an alphabet lacks more, it is another one."""
+"""An alphabet that lacks a greater share of a file's symbols is not that of the file."""
 PHONE_MAX_S, PHRASE_MAX_S = 5.0, 40.0
-"""Where the median phone, or word or phrase, lasts longer, its times are no seconds."""
+"""Times are not in seconds where the median phone, or the median word or phrase, lasts longer."""
 FASTEST = 60.0
-"""Phones in a second, beyond which times are in another unit."""
+"""More phones in a second than this mean that the times are in another unit."""
 NAMED_MAX = 5
 
 
@@ -317,7 +317,7 @@ def _all_strange(strange: list[str], alphabet: str, guessed: bool) -> InputError
 
 def _in_order(labels: Iterable[Label], what: str) -> list[Label]:
     """Labels by time; those without length are left out. Raises InputError for impossible times."""
-    found = []
+    kept = []
     for start, end, text in labels:
         if -ROUNDING_S <= start < 0:
             start = 0.0
@@ -328,17 +328,17 @@ def _in_order(labels: Iterable[Label], what: str) -> list[Label]:
                 allowed="0 <= start <= end",
             )
         if end > start:
-            found.append((start, end, text))
-    return sorted(found, key=lambda label: label[:2])
+            kept.append((start, end, text))
+    return sorted(kept, key=lambda label: label[:2])
 
 
 def _met(phones: list[Label]) -> tuple[list[Label], int]:
     """Phones without small overlaps and gaps, and how many overlapped. Raises InputError."""
-    found: list[Label] = []
+    met: list[Label] = []
     overlaps = 0
     for start, end, phone in phones:
-        if found:
-            first, last, before = found[-1]
+        if met:
+            first, last, before = met[-1]
             if start < last - 1e-6:
                 if last - start > OVERLAP_MAX_S:
                     raise InputError.about(
@@ -349,11 +349,11 @@ def _met(phones: list[Label]) -> tuple[list[Label], int]:
                     )
                 overlaps += 1
                 start = min((start + last) / 2, end)
-                found[-1] = (first, max(start, first), before)
+                met[-1] = (first, max(start, first), before)
             elif start - last <= GAP_MAX_S:
-                found[-1] = (first, start, before)
-        found.append((start, end, phone))
-    return [each for each in found if each[1] > each[0]], overlaps
+                met[-1] = (first, start, before)
+        met.append((start, end, phone))
+    return [each for each in met if each[1] > each[0]], overlaps
 
 
 def _check_rate(phones: tuple[Label, ...]) -> None:

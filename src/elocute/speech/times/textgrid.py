@@ -42,18 +42,9 @@ class TextGridInterval:
 
 
 def format_textgrid(tiers: Mapping[str, Sequence[TextGridInterval]], duration_s: float) -> str:
-    """The long form; rests between intervals are empty intervals, as Praat wants them.
+    """The long form of tiers, whose intervals are each in order and without overlap.
 
-    Parameters
-    ----------
-    tiers : mapping of str to sequence of TextGridInterval
-        By name, each in order and without overlap.
-    duration_s : float
-        Of all of them.
-
-    Returns
-    -------
-    str
+    Rests between intervals are empty intervals, as Praat wants them.
     """
     lines = [
         'File type = "ooTextFile"',
@@ -155,8 +146,8 @@ def _tier(tokens: _Tokens) -> tuple[str, list[TextGridInterval] | None]:
     kind, name = tokens.text(), tokens.text()
     tokens.skip_numbers(2)
     if kind == "IntervalTier":
-        rows, told = list[TextGridInterval](), tokens.count()
-        while len(rows) < told or tokens.has_more():  # MFA has told too few
+        rows, promised = list[TextGridInterval](), tokens.count()
+        while len(rows) < promised or tokens.has_more():  # MFA has told too few
             rows.append(TextGridInterval(tokens.number(), tokens.number(), tokens.text().strip()))
         return name, rows
     if kind == "TextTier":  # points are skipped

@@ -23,14 +23,9 @@ _PARTS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[^\W\d_]+")
 
 @dataclass(frozen=True)
 class TierChoice:
-    """Which tier a caller wants; "" where any will do.
+    """Which tier a caller wants: its name, or its number from 1; "" where any will do.
 
-    Parameters
-    ----------
-    tier : str
-        Its name, or its number from 1.
-    speaker : str
-        Whose tiers: the rest of their names.
+    `speaker` says whose tiers they are: the rest of their names.
     """
 
     tier: str = ""
@@ -50,26 +45,14 @@ class TierChoice:
         """The labels of the tier of phones, and those of its speaker's words; else those of words,
         else those of the only tier.
 
-        Parameters
-        ----------
-        tiers : sequence of (str, list of (float, float, str))
-            All tiers of intervals, in the order of the file.
-        sorted_out : callable
-            Says whether labels are phones or words where the name of their tier does not.
-
-        Returns
-        -------
-        Labels
-
-        Raises
-        ------
-        InputError
-            For a tier that is not there, several that could be meant, and none that is known.
+        `tiers` are all tiers of intervals, in the order of the file; `sorted_out` says whether
+        labels are phones or words where the name of their tier does not. Raises InputError for a
+        tier that is not there, several that could be meant, and none that is known.
         """
         if self.tier:
             chosen = self._named(tiers)
-            found = _made(_kind(chosen[0]), chosen[1], sorted_out)
-            return replace(found, words=found.words or _words_beside(chosen, tiers))
+            labels = _made(_kind(chosen[0]), chosen[1], sorted_out)
+            return replace(labels, words=labels.words or _words_beside(chosen, tiers))
         filled = [tier for tier in tiers if any(text.strip() for _, _, text in tier[1])]
         if tiers and not filled:
             raise _fault(tiers, tiers, "one with labels", kind="all empty: ")
@@ -81,8 +64,8 @@ class TierChoice:
                 remedy = "name it, or its number, with `tier`, or whose it is with `speaker`"
                 raise _fault(best, tiers, "one of them", remedy)
             if best:
-                found = _made(names, best[0][1], sorted_out)
-                return replace(found, words=found.words or _words_beside(best[0], filled))
+                labels = _made(names, best[0][1], sorted_out)
+                return replace(labels, words=labels.words or _words_beside(best[0], filled))
         if len(filled) == 1:
             return sorted_out(filled[0][1])
         allowed = "one called phones or words"
@@ -102,10 +85,10 @@ class TierChoice:
 
     def _spoken_by(self, tiers: list[Tier], every: Sequence[Tier]) -> list[Tier]:
         wanted = self.speaker.strip().lower()
-        found = [tier for tier in tiers if _speaker(tier[0]) == wanted]
-        if not found:
+        of_speaker = [tier for tier in tiers if _speaker(tier[0]) == wanted]
+        if not of_speaker:
             raise _fault(tiers, every, f"a tier of `speaker` {self.speaker[:40]!r}")
-        return found
+        return of_speaker
 
 
 def _made(
@@ -175,5 +158,5 @@ def _listed(tiers: Sequence[Tier], every: Sequence[Tier]) -> str:
     numbers = [
         number for number, tier in enumerate(every, 1) if any(tier is each for each in tiers)
     ]
-    told = ", ".join(f"{number} {every[number - 1][0][:40]!r}" for number in numbers[:TOLD_MAX])
-    return (told or "none") + (", …" if len(numbers) > TOLD_MAX else "")
+    listed = ", ".join(f"{number} {every[number - 1][0][:40]!r}" for number in numbers[:TOLD_MAX])
+    return (listed or "none") + (", …" if len(numbers) > TOLD_MAX else "")

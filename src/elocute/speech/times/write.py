@@ -18,20 +18,11 @@ from elocute.speech.times.textgrid import TextGridInterval, format_textgrid
 
 @dataclass(frozen=True)
 class TimedSpeech:
-    """What was said when.
+    """What was said when: phones (ARPAbet) and, where known, words, as start in s, end in s and
+    label.
 
-    Parameters
-    ----------
-    phones : tuple of (float, float, str)
-        Start in s, end in s and ARPAbet phone, in order and without overlap; pauses are left out.
-    words : tuple of (float, float, str)
-        Likewise, where words are known; empty otherwise.
-    duration_s : float
-        Of the sound.
-    notes : tuple of str
-        What to know about them.
-    text : str
-        What is said with its marks, where it is known.
+    Both are in order and without overlap; pauses are left out. `notes` say what to know about them;
+    `text` is what is said with its marks, where it is known.
     """
 
     phones: tuple[Label, ...]
@@ -49,18 +40,9 @@ class TimedSpeech:
 def write_speech_times(speech: TimedSpeech, path: str | Path) -> None:
     """Write phones and words as the suffix says.
 
-    Parameters
-    ----------
-    speech : TimedSpeech
-        What was said when.
-    path : str or Path
-        .TextGrid (tiers `phones` and `words`), .ctm, .csv (start_s,end_s,phone), or .json (words
-        with the phones in each, or phones alone).
-
-    Raises
-    ------
-    OutputError
-        For another suffix, and a place that cannot be written.
+    .TextGrid (tiers `phones` and `words`), .ctm, .csv (start_s,end_s,phone) and .json (words with
+    the phones in each, or phones alone) are known. Raises OutputError for another suffix, and a
+    place that cannot be written.
     """
     path = Path(path)
     write = WRITERS.get(path.suffix.lower())

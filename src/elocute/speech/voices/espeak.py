@@ -51,16 +51,7 @@ LEAD_S, TAIL_S = 0.25, 0.35
 
 
 def check_text(text: str) -> str:
-    """A text that can be spoken, white space around it taken away.
-
-    Parameters
-    ----------
-    text : str
-        The text; line ends and tabs count as spaces.
-
-    Returns
-    -------
-    str
+    """A text that can be spoken, white space around it taken away; line ends and tabs are spaces.
 
     Raises
     ------
@@ -112,24 +103,9 @@ def speak(text: str, settings: VoiceSettings | None = None) -> SpokenText:
 
 
 def spell(words: Sequence[str], settings: VoiceSettings) -> dict[str, tuple[str, ...]]:
-    """The phones of words, each as it is said alone; none for one that is not spoken.
+    """The ARPAbet phones of words, each as it is said alone; none for one that is not spoken.
 
-    Parameters
-    ----------
-    words : sequence of str
-        The words.
-    settings : VoiceSettings
-        Whose language they are in.
-
-    Returns
-    -------
-    dict of str to tuple of str
-        ARPAbet phones of each word.
-
-    Raises
-    ------
-    InputError, MachineError
-        As `speak`.
+    `settings` say the language. Raises as `speak`.
     """
     for word in words:
         if any(map(str.isalnum, word)):
@@ -179,9 +155,9 @@ def _said(
                 )
         samples = np.frombuffer(data, np.int16).astype(np.float32) / np.float32(32768)
         return answer, samples.astype(np.float32), int(answer["rate"])
-    told = printable(failures[0])[:120] if failures else "no library"
+    why = printable(failures[0])[:120] if failures else "no library"
     raise MachineError(
-        f"speaking a text needs espeak-ng ({told}); install it: pip install 'elocute[tts]', or the "
+        f"speaking a text needs espeak-ng ({why}); install it: pip install 'elocute[tts]', or the "
         "system's package espeak-ng"
     )
 
@@ -222,28 +198,28 @@ def _phones(
     events: list[list[Any]], total: int, rate: int, language: str
 ) -> tuple[list[Label], list[int]]:
     """Phones with times in s of the samples, and the number of the event of each."""
-    found: list[Label] = []
+    labels: list[Label] = []
     sources: list[int] = []
     ends = [start for start, _ in events[1:]] + [total]
     for number, ((start, name), end) in enumerate(zip(events, ends, strict=True)):
         switched = LANGUAGE_MARK.fullmatch(name)
         language = switched[1] if switched else language
         names = [REST] if switched else ipa_phones(name, language) or [REST]
-        if names == [PROLONGS] and found:
-            found[-1] = (found[-1][0], end / rate, found[-1][2])
-        elif end == start and found and found[-1][2] != REST and REST not in names:
+        if names == [PROLONGS] and labels:
+            labels[-1] = (labels[-1][0], end / rate, labels[-1][2])
+        elif end == start and labels and labels[-1][2] != REST and REST not in names:
             # espeak-ng draws a vowel and the l behind it in one: the l has the vowel's last part.
-            begun, until, before = found.pop()
+            begun, until, before = labels.pop()
             cut = until - (until - begun) * HIDDEN_SHARE
-            found += [(begun, cut, before), (cut, until, names[0])]
+            labels += [(begun, cut, before), (cut, until, names[0])]
             sources.append(number)
         elif end > start:
             part = (end - start) / len(names)
             for place, phone in enumerate(names):
                 begin = start + place * part
-                found.append((begin / rate, (begin + part) / rate, phone or REST))
+                labels.append((begin / rate, (begin + part) / rate, phone or REST))
                 sources.append(number)
-    return found, sources
+    return labels, sources
 
 
 def _closed(phones: list[Label], samples: Float32Array, rate: int) -> list[Label]:
@@ -287,12 +263,12 @@ def _words(
 
 def _spelled(ipa: str, language: str = "") -> list[str]:
     """The phones of a word in IPA, parted by _."""
-    found: list[str] = []
+    phones: list[str] = []
     for part in ipa.replace(" ", "_").split("_"):
         mark = LANGUAGE_MARK.fullmatch(part)
         language = mark[1] if mark else language
-        found += [] if mark else ipa_phones(part, language)
-    return [name for name in found if name not in (PROLONGS, REST)]
+        phones += [] if mark else ipa_phones(part, language)
+    return [name for name in phones if name not in (PROLONGS, REST)]
 
 
 def _later(times: Sequence[Label]) -> tuple[Label, ...]:

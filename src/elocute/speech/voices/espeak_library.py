@@ -60,19 +60,12 @@ _CALLBACK = ctypes.CFUNCTYPE(
 
 @dataclass(frozen=True)
 class EspeakSpeech:
-    """What the library said.
+    """What the library said: 16-bit samples of the machine's byte order, and where each phone and
+    word begins.
 
-    Parameters
-    ----------
-    samples : bytes
-        16-bit samples of the machine's byte order.
-    sample_rate : int
-        Hz.
-    phones : list of (int, str)
-        First sample of each phone and its name in IPA; "" and marks of stress or length among them.
-    words : list of (int, int, int, int)
-        First sample of each word, its first letter in the text counted from 0, its letters, and how
-        many of `phones` come before it.
+    `phones` are the first sample of each phone and its name in IPA, "" and marks of stress or
+    length among them. `words` are the first sample of each word, its first letter in the text
+    counted from 0, its letters, and how many of `phones` come before it.
     """
 
     samples: bytes
@@ -82,19 +75,10 @@ class EspeakSpeech:
 
 
 class EspeakLibrary:
-    """The library, loaded once in a process.
+    """The library, loaded once in a process; OSError where it cannot be loaded, or finds no data.
 
-    Parameters
-    ----------
-    library : str
-        Its file, or the name under which the system finds it.
-    data_home : str, optional
-        The folder that holds `espeak-ng-data`; the library's own by default.
-
-    Raises
-    ------
-    OSError
-        Where it cannot be loaded, or finds no data.
+    `library` is its file, or the name under which the system finds it; `data_home` the folder that
+    holds `espeak-ng-data`, the library's own by default.
     """
 
     def __init__(self, library: str = "libespeak-ng.so.1", data_home: str | None = None) -> None:
@@ -138,13 +122,13 @@ class EspeakLibrary:
 
     def _listed(self, like: Any) -> list[tuple[str, str]]:
         """Language and identifier of every voice."""
-        listed, found = self._library.espeak_ListVoices(like), []
-        while listed[len(found)]:
-            voice = listed[len(found)].contents
+        listed, voices = self._library.espeak_ListVoices(like), []
+        while listed[len(voices)]:
+            voice = listed[len(voices)].contents
             # Before each language stands its priority, in one byte.
             language = (voice.languages or b"\0")[1:].decode("utf-8", "replace")
-            found.append((language, (voice.identifier or b"").decode("utf-8", "replace")))
-        return found
+            voices.append((language, (voice.identifier or b"").decode("utf-8", "replace")))
+        return voices
 
     def _set_voice(self, voice: str) -> bool:
         """A language's file has a name of its own: that of fr-fr is fr."""
@@ -183,11 +167,11 @@ class EspeakLibrary:
         """A word in IPA as the voice that spoke last says it alone, its phones parted by _."""
         data = ctypes.c_char_p(word.encode())
         rest = ctypes.cast(ctypes.pointer(data), ctypes.POINTER(ctypes.c_void_p))
-        found = []
+        parts = []
         while rest.contents.value:  # a clause at a time
             part = self._library.espeak_TextToPhonemes(rest, UTF8, IPA | ord("_") << 8)
-            found.append((part or b"").decode("utf-8", "ignore"))
-        return "_".join(found)
+            parts.append((part or b"").decode("utf-8", "ignore"))
+        return "_".join(parts)
 
 
 def main() -> None:

@@ -44,17 +44,10 @@ VOICE = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _-]{0,40}|")
 
 
 def language_names(language: str) -> list[str]:
-    """What a language may be called by espeak-ng, the nearest first.
+    """What a language may be called by espeak-ng, in small letters, the nearest first.
 
-    Parameters
-    ----------
-    language : str
-        As anything calls it: de, de-DE, en_US.UTF-8, zh-Hans-CN.
-
-    Returns
-    -------
-    list of str
-        In small letters: it as it is, or by espeak-ng's own name; then without its last parts.
+    It may come as anything calls it: de, de-DE, en_US.UTF-8, zh-Hans-CN. It is given as it is, or
+    by espeak-ng's own name; then without its last parts.
     """
     parts = re.split("[-_]", re.split("[.@]", language.lower())[0])
     names = ["-".join(parts[:count]) for count in range(len(parts), 0, -1)]
