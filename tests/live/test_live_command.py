@@ -135,3 +135,16 @@ def test_a_file_that_is_no_sound_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.wav").write_bytes(b"no sound")
     done = run_here("live", tmp_path / "a.wav", "--to", "json")
     assert done.returncode == 2 and "a.wav" in done.stderr
+
+
+def test_a_microphone_that_is_not_there_is_told() -> None:
+    try:
+        import sounddevice
+
+        if sounddevice.query_devices(kind="input"):
+            pytest.skip("this machine has a microphone")
+    except (ImportError, OSError, ValueError):
+        pass
+    done = run_here("live", "mic", "--to", "json")
+    assert done.returncode in (1, 2) and done.stderr.count("\n") == 1
+    assert "microphone" in done.stderr

@@ -13,7 +13,7 @@ import numpy as np
 
 from elocute.array_types import Float32Array
 from elocute.audio.read import read_audio
-from elocute.errors import InputError, needs_extra
+from elocute.errors import InputError, MachineError, needs_extra
 
 BLOCK_S = 0.02
 INT16 = 1 / 32768
@@ -41,22 +41,34 @@ def pcm_blocks(rate: int, stream: IO[bytes] | None = None) -> Iterator[Float32Ar
 
 
 def microphone_blocks(rate: int) -> Iterator[Float32Array]:
-    """The default microphone, without end. Raises MachineError, InputError where there is none."""
+    """The default microphone, which is opened at once, without end.
+
+    Raises MachineError without the extra or PortAudio, InputError where there is no microphone.
+    """
     with needs_extra("a microphone", "live"):
-        import sounddevice
-    heard: queue.Queue[Float32Array] = queue.Queue()
+        try:
+            import sounddevice
+        except OSError as error:  # the package is there, the library is not
+            raise MachineError(
+                "a microphone needs PortAudio; install it: the system's package libportaudio2"
+            ) from error
+    blocks: queue.Queue[Float32Array] = queue.Queue()
 
     def take(samples: Any, *_: Any) -> None:
-        heard.put(samples[:, 0].copy())
+        blocks.put(samples[:, 0].copy())
 
     try:
         microphone = sounddevice.InputStream(
             rate, round(rate * BLOCK_S), channels=1, dtype="float32", callback=take
         )
-        with microphone:
-            while True:
-                yield heard.get()
+        microphone.start()
     except sounddevice.PortAudioError as error:
-        raise InputError.about(
-            "microphone", found=str(error).split("\n")[0][:80], allowed="one that works"
-        ) from error
+        fault = str(error).split("\n")[0][:80]
+        raise InputError.about("microphone", found=fault, allowed="one that works") from error
+    return _blocks_of(microphone, blocks)
+
+
+def _blocks_of(microphone: Any, blocks: queue.Queue[Float32Array]) -> Iterator[Float32Array]:
+    with microphone:
+        while True:
+            yield blocks.get()
