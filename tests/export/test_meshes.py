@@ -98,11 +98,9 @@ def test_our_own_reader_gets_the_same_topology_back(short_dressed, tmp_path, wri
         np.sort(each, axis=1) for each in (short_dressed.head.triangles, parts.triangles)
     )
     # Of two quads a corner is turned inwards: they are cut along the other diagonal.
-    cut = np.unique(np.flatnonzero((ours != theirs).any(axis=1)) // 2)
-    assert len(ours) == len(theirs) and len(cut) <= 10
-    for quad in cut:
-        both = slice(2 * quad, 2 * quad + 2)
-        assert set(ours[both].ravel()) == set(theirs[both].ravel())
+    cut = (ours != theirs).any(axis=1)
+    assert len(ours) == len(theirs) and cut.sum() <= 20
+    assert set(ours[cut].ravel()) == set(theirs[cut].ravel())
 
 
 def test_faces_that_share_images_share_their_files(short_dressed, tmp_path):
