@@ -87,9 +87,7 @@ def test_lips_that_seal_take_the_viseme_that_seals_them(spoken):
     pressed = spoken.weights[:, spoken.names.index("mouthPressLeft")]
     sealed = target_shapes(spoken.head, "oculus").weights(spoken)[:, 1]
     assert (pressed > 0.49).sum() > 3 and sealed[pressed > 0.49].min() > 0.97
-    wide = measure_mouth(spoken)["opening_mm"] > 5
-    staying = wide[1:-1] & wide[:-2] & wide[2:]  # on no way from a seal or to one
-    assert staying.sum() > 3 and sealed[1:-1][staying].max() < 0.15
+    assert sealed[measure_mouth(spoken)["opening_mm"] > 5].max() < 0.1
 
 
 def test_silence_is_what_the_other_visemes_leave(spoken):

@@ -43,13 +43,15 @@ CLOSED_MM = 0.05
 """Lips that are this near touch."""
 SEALED_MM, APART_MM = 0.3, 2.0
 """Lips pressed on each other are sealed up to the one, and not at all from the other on."""
+WIDE_MM = 5.0
+"""From this opening on, the shape that seals lips is no part of a mouth."""
 PRESS = ("mouthPressLeft", "mouthPressRight")
 ROLLED = 0.15
 """Of `mouthClose`: from here on lips that it closes over an open jaw are sealed."""
 RIDGE = 1e-3  # of the mean squared length of a shape
 SPARSE = 0.01  # of the same: what a weight costs, whatever the fit
-LIKENESS = 0.3
-"""What the look of the skin counts beside gap, width and jaw."""
+LIKENESS, MEASURED_LIKENESS = 0.55, 0.3
+"""What the look of the skin counts beside gap, width and jaw, and where these are measured."""
 STIFF_M = 0.02
 """What a weight that is given costs where it changes by its freedom."""
 FREEDOM = {"jawOpen": 1.0, "mouthClose": 1.0, "mouthPucker": 0.2} | {
@@ -129,12 +131,17 @@ def fit_controls(
     curves = motion.weights[:, columns].astype(np.float64)
     mixes = np.array([[look.get(name, 0.0) for name in names] for look in looks], np.float64)
     skin, counted, places = _skin(head, names)
-    plain, sides, low, high = (
-        _alike(curves, mixes, looks, names, counted) if given is None else _near(given, looks)
-    )
-    seals = _seals(dict(zip(names, curves.T, strict=True)), measure_mouth(motion)["opening_mm"])
+    if given is None:
+        likeness = LIKENESS if own is None else MEASURED_LIKENESS
+        plain, sides, low, high = _alike(curves, mixes, looks, names, likeness * counted)
+    else:
+        plain, sides, low, high = _near(given, looks)
+    opening_mm = measure_mouth(motion)["opening_mm"]
+    seals = _seals(dict(zip(names, curves.T, strict=True)), opening_mm)
     sealed = [VISEME_SHAPES["PP"].get(name, 0.0) for name in names]
     sealing = np.flatnonzero(np.abs(mixes - sealed).max(axis=1, initial=0) < 1e-6)[:1]
+    shutting = np.clip((WIDE_MM - opening_mm) / (WIDE_MM - APART_MM), 0, 1)
+    high[:, sealing] = np.minimum(high[:, sealing], np.maximum(shutting, seals)[:, None])
     low[:, sealing] = seals[:, None]
     most = np.ones(len(curves)) if len(sealing) else 1 - seals
     effects, wanted, more, rest = _on_own_mesh(own, mixes, curves, names, seals, sealing, given)
@@ -174,10 +181,9 @@ def _alike(
     mixes: Float64Array,
     looks: Sequence[dict[str, float]],
     names: tuple[str, ...],
-    counted: Float64Array,
+    skin: Float64Array,
 ) -> _Wish:
-    """Weights with which the skin looks as it does in the motion."""
-    skin = LIKENESS * counted
+    """Weights with which the skin (curve, curve) looks as it does in the motion."""
     plain = mixes @ skin @ mixes.T
     mean = float(np.trace(plain)) / max(1, len(plain))
     plain[np.diag_indices_from(plain)] += RIDGE * mean

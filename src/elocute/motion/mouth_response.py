@@ -16,6 +16,7 @@ from elocute.motion.mouth_measures import TRACKED_MEASURES, measure_as_tracked
 
 OPEN = 0.2  # of jawOpen: lips apart, where the measures are straight lines
 STEP = 0.05
+CLOSE_MOST = 0.1  # of `mouthClose` beyond `jawOpen`: more presses lips that others must part again
 ROUNDS = 4  # of correcting and limiting
 SEALED_TO, UNSEALED = 0.002, 1e-4  # of a curve, at a whole gate; the gate that is none
 
@@ -141,5 +142,8 @@ def corrected_curves(
         shares = np.linalg.solve(inner, left[..., None])[..., 0]
         unbounded = held + free * (shares @ effects.T)
         current = np.clip(unbounded, 0, 1)
+        if seal is not None:
+            close, jaw = (response.names.index(name) for name in ("mouthClose", "jawOpen"))
+            current[:, close] = np.minimum(current[:, close], current[:, jaw] + CLOSE_MOST)
         free = np.where(current == unbounded, free, 0.0)
     return current.astype(np.float32)

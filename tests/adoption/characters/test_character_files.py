@@ -191,7 +191,7 @@ def test_visemes_are_few_and_near_the_mouth(take, character):
     told = made.json["animations"][0]["extras"]["elocute"]["residual_mm"]
     # Without the limit on the sum it is 0.6 and 0.25 mm, by mouths that no viseme is meant for.
     assert weights[:, :15].sum(axis=1).max() <= 1 + 1e-6
-    assert told["skin"] < 1.0 and told["opening"] < 0.45 and told["closed"] < 0.1
+    assert told["skin"] < 0.9 and told["opening"] < 0.45 and told["closed"] < 0.1
     half = Motion(take.head, take.weights[:100], take.fps)
     again = Written(character_glb(half, face)).channel(0, "weights")
     assert again is not None and np.array_equal(again, weights[:100])
