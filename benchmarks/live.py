@@ -65,12 +65,12 @@ def main() -> None:
         outputs = open_outputs([f"json=127.0.0.1:{receiver.getsockname()[1]}"])
         thread.start()
         spent = time.process_time()
-        sent = send_live(clock.blocks(), RATE, live, outputs, FPS)
+        sent = send_live(clock.blocks(), live, outputs)
         spent = (time.process_time() - spent) / (60 * given.minutes)
         thread.join()
     late_s = [at - clock.began - time_s for at, time_s in arrived]
     apart_ms = 1000 * np.diff([at for at, _ in arrived])
-    print(f"{sent.sent} frames sent, {sent.dropped} dropped, {len(arrived)} arrived")
+    print(f"{len(sent.late_s)} frames sent, {len(sent.dropped_s)} dropped, {len(arrived)} arrived")
     for name, values in (("after their own time, s", late_s), ("apart, ms", apart_ms)):
         told = ", ".join(f"{np.percentile(values, share):.4g}" for share in (50, 95, 99, 100))
         print(f"{name}: median, 95 %, 99 %, most {told}")

@@ -25,7 +25,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields
 from difflib import get_close_matches
 from functools import lru_cache
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from elocute.errors import InputError
 from elocute.one_line_repr import brief
@@ -192,7 +192,7 @@ def taking(cls: type) -> Callable[[Function], Function]:
             lines = "\n".join(_entry(*each) for each in added)
             sections = [summary.rstrip(), f"{parameters.rstrip()}\n{lines}", *others]
             call.__doc__ = "\n\n".join(sections) + "\n"
-        return call  # type: ignore[return-value]
+        return cast(Function, call)
 
     return decorate
 

@@ -114,6 +114,7 @@ def test_json_has_curves_and_turns(open_mouth: LiveFrame) -> None:
         ("unreal", r"`to` unreal: unknown; allowed: livelink, vmc, .*json"),
         ("vmc=127.0.0.1:0", r"port '0'; allowed: 1 to 65535"),
         ("vmc=127.0.0.1:x", r"port 'x'"),
+        ("vmc=127.0.0.1:395390", r"port '395390'"),
         ("json=192.0.2.1", r"target 192\.0\.2\.1: .*another machine.*allow_remote"),
         ("json=no such host", r"no address of 'no such host'"),
     ],

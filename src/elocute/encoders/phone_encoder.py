@@ -93,7 +93,7 @@ class PhonePosteriors:
 
 @dataclass(frozen=True)
 class TrunkMiddle:
-    """Rows of 512 normalised values, from which the mouth is predicted; zero in silence."""
+    """Rows of 512 normalised values of the middle layer; zero in silence."""
 
     name: str = "trunk"
     rate: float = FEATURE_RATE

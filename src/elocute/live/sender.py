@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import queue
 import threading
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from elocute.array_types import Float32Array
 from elocute.errors import Interrupted
@@ -18,66 +19,60 @@ LATE_S = 0.1
 """A frame that is later than it should be by more is dropped: the next one is due."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Sent:
-    """How many frames of a run were sent and dropped.
+    """What became of the frames of a run.
 
-    `late_s` says by how many seconds each that was sent came later than the look-ahead.
+    `late_s` has by how many seconds each that was sent came later than the look-ahead, `dropped_s`
+    the same of those that were dropped.
     """
 
-    sent: int
-    dropped: int
-    late_s: list[float]
+    late_s: list[float] = field(default_factory=list)
+    dropped_s: list[float] = field(default_factory=list)
 
 
-def send_live(
-    blocks: Iterable[Float32Array], rate: int, stream: Stream, outputs: Sequence[Output], fps: float
-) -> Sent:
+def send_live(blocks: Iterable[Float32Array], stream: Stream, outputs: Sequence[Output]) -> Sent:
     """Animate sound while it comes in, and send each frame `lookahead_s` after its own time.
 
-    `blocks` (sample,) come each when it was heard, `rate` samples a second; `fps` is that of the
-    stream. The first block tells when the sound began. An interruption ends the sound.
+    `blocks` (sample,) come each when it was heard, at the rate of the stream. The first one tells
+    when the sound began. An interruption ends the sound.
     """
     waiting: queue.SimpleQueue[tuple[float, LiveFrame] | None] = queue.SimpleQueue()
-    result = Sent(0, 0, [])
-    sender = threading.Thread(target=_send, args=(waiting, outputs, result), daemon=True)
+    sent, numbers = Sent(), itertools.count()
+    sender = threading.Thread(target=_send, args=(waiting, outputs, sent), daemon=True)
     sender.start()
-    started, number = None, 0
+    began_s = None
 
-    def queue_up(frames: Iterable[Frame]) -> int:
-        count = number
+    def queue_up(frames: Iterable[Frame]) -> None:
         for frame in frames:
-            due = (started or 0.0) + frame.time_s + stream.lookahead_s
-            waiting.put((due, LiveFrame(count, fps, frame)))
-            count += 1
-        return count
+            due_s = (began_s or 0.0) + frame.time_s + stream.lookahead_s
+            waiting.put((due_s, LiveFrame(next(numbers), stream.fps, frame)))
 
     try:
         for block in blocks:
-            if started is None:
-                started = time.monotonic() - len(block) / rate
-            number = queue_up(stream.push(block))
+            if began_s is None:
+                began_s = time.monotonic() - len(block) / stream.sample_rate
+            queue_up(stream.push(block))
     except (KeyboardInterrupt, Interrupted):
         pass  # the usual end of a microphone
-    number = queue_up(stream.flush())
+    queue_up(stream.flush())
     waiting.put(None)
     sender.join()
-    return result
+    return sent
 
 
 def _send(
     waiting: queue.SimpleQueue[tuple[float, LiveFrame] | None],
     outputs: Sequence[Output],
-    result: Sent,
+    sent: Sent,
 ) -> None:
     while (each := waiting.get()) is not None:
-        due, frame = each
-        time.sleep(max(0.0, due - time.monotonic()))
-        late_s = time.monotonic() - due
+        due_s, frame = each
+        time.sleep(max(0.0, due_s - time.monotonic()))
+        late_s = time.monotonic() - due_s
         if late_s > LATE_S:
-            result.dropped += 1
+            sent.dropped_s.append(late_s)
             continue
         for output in outputs:
             output.send(frame)
-        result.sent += 1
-        result.late_s.append(late_s)
+        sent.late_s.append(late_s)

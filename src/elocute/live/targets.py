@@ -104,8 +104,10 @@ def _parsed(text: str) -> tuple[str, tuple[str, int]]:
     if name not in TARGETS:
         raise InputError.about(f"`to` {text[:60]}", found="unknown", allowed=", ".join(TARGETS))
     host, colon, port = place.rpartition(":") if place.count(":") == 1 else (place, "", "")
-    number = int(port) if port.isdecimal() and len(port) < 6 else TARGETS[name].port
-    if (colon and not port.isdecimal()) or not 0 < number < 65536:
+    number = TARGETS[name].port
+    if colon:
+        number = int(port) if port.isascii() and port.isdecimal() and len(port) < 6 else 0
+    if not 0 < number < 65536:
         raise InputError.about(f"`to` {text[:60]}", found=f"port {port!r}", allowed="1 to 65535")
     try:
         addresses = socket.getaddrinfo(host or LOOPBACK, number, type=socket.SOCK_DGRAM)

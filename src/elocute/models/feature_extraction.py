@@ -101,7 +101,7 @@ class HeardMouth:
 
 
 class HeardMiddle(HeardMouth):
-    """(row, 512): the trunk's middle layer, from which the mouth is predicted."""
+    """(row, 512): the trunk's middle layer, which the mouth is predicted from beside the last."""
 
     name = "trunk"
 

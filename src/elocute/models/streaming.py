@@ -60,9 +60,9 @@ from elocute.settings import setting_of, taking
 
 INT16_SCALE = 1 / 32768
 EXACT = "exact"
-LOOKAHEAD_MAX_S = 10.0
-BEGIN_S = 0.3
-PIECES_PER_S = 50
+LOOKAHEAD_MAX_S = 10.0  # nobody waits longer for an answer
+BEGIN_S = 0.3  # in which life begins where a face is shown before its first row is known
+PIECES_PER_S = 50  # as many as rows of the trunk
 STILL = np.zeros((1, len(CHANNELS)), np.float32)
 """A row of life before any was heard."""
 
@@ -136,9 +136,8 @@ class CurveStream:
         self._strength = strength
         _check_level(level)
         self._lookahead_s = _live_lookahead(model, self.sample_rate, lookahead)
-        self._live = self._lookahead_s is not None
         streams = model.feature_streams(
-            self.sample_rate, contacts=self._contacts, level=level, live=self._live
+            self.sample_rate, contacts=self._contacts, level=level, live=self.is_live
         )
         self._coming_phones = streams.coming_phones
         self._features = _FeatureBuffer(streams.features)
@@ -155,7 +154,7 @@ class CurveStream:
     @property
     def is_live(self) -> bool:
         """Whether frames are made from what is known so far."""
-        return self._live
+        return self._lookahead_s is not None
 
     @property
     def frames_given(self) -> int:
@@ -177,7 +176,7 @@ class CurveStream:
             if self._ended:
                 raise AudioError("stream: found sound after its end; allowed: a new stream")
             block = checked_block(samples, self.sample_rate, self._samples)
-            if not self._live:
+            if not self.is_live:
                 return self._heard(block)
             # Each piece gives one row or none, so that a frame knows as much however sound is cut.
             size = self.sample_rate // PIECES_PER_S
@@ -222,11 +221,11 @@ class CurveStream:
 
     def _answer(self, count: int) -> Curves:
         span = FrameSpan(self._frames, count, self.fps)
-        phones, live = None if self._phones is None else self._phones.features, self._live
+        phones = None if self._phones is None else self._phones.features
         if phones is not None and self._coming_phones is not None and not self._ended:
             known = np.concatenate([phones.values, self._coming_phones()])
             phones = replace(phones, values=known)
-        speech = SpeechFeatures(self._features.features, phones, live=live)
+        speech = SpeechFeatures(self._features.features, phones, live=self.is_live)
         curves = self.model.curves(
             speech, self._style, span, self._strength, contacts=self._contacts
         )
@@ -298,6 +297,16 @@ class Stream:
             if curves.is_live:
                 waited_s = self._life.lookahead_s - curves.lookahead_s
                 self._late = max(0, math.ceil(waited_s * curves.fps))
+
+    @property
+    def sample_rate(self) -> int:
+        """Of the sound, Hz."""
+        return self._curves.sample_rate
+
+    @property
+    def fps(self) -> float:
+        """Frames per second."""
+        return self._curves.fps
 
     @property
     def lookahead_s(self) -> float:

@@ -55,17 +55,21 @@ def live_command(
     names = ", ".join(f"{host}:{port}" for host, port in (each.address for each in outputs))
     print(f"elocute: sending to {names}, {live.lookahead_s:g} s late", file=sys.stderr)
     try:
-        sent = send_live(blocks, rate, live, outputs, float(fps))
+        sent = send_live(blocks, live, outputs)
     finally:
         for output in outputs:
             output.close()
     record: dict[str, Any] = {
-        "sent": sent.sent,
-        "dropped": sent.dropped,
+        "sent": len(sent.late_s),
+        "dropped": len(sent.dropped_s),
         "refused": sum(output.failures for output in outputs),
         "late_most_s": round(max(sent.late_s, default=0.0), 4),
     }
-    print(json.dumps(record) if as_json else f"{sent.sent} frames sent, {sent.dropped} dropped")
+    print(
+        json.dumps(record)
+        if as_json
+        else f"{record['sent']} frames sent, {record['dropped']} dropped"
+    )
 
 
 def _blocks(source: str, rate: int) -> Any:
