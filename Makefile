@@ -8,6 +8,8 @@
 
 PYTHON ?= python3
 BIN := .venv/bin
+# A worker that crashed is not replaced: xdist would wait for ever.
+PYTEST := $(BIN)/python -m pytest -n auto --max-worker-restart=0
 SOURCES := pyproject.toml hatch_build.py $(shell find src web/src -type f -not -name '*.pyc' 2>/dev/null)
 
 .PHONY: demo demo-wild test test-all coverage check site clean
@@ -26,13 +28,13 @@ demo-wild: .venv/ready-dev
 test test-all coverage: export PYTHONDONTWRITEBYTECODE =
 
 test: .venv/ready-dev
-	$(BIN)/python -m pytest -n auto --durations=25 -m "not slow"
+	$(PYTEST) --durations=25 -m "not slow"
 
 test-all: .venv/ready-dev
-	$(BIN)/python -m pytest -n auto --durations=25
+	$(PYTEST) --durations=25
 
 coverage: .venv/ready-dev
-	$(BIN)/python -m pytest -n auto --cov --cov-report=
+	$(PYTEST) --cov --cov-report=
 	$(BIN)/python scripts/coverage
 
 check: .venv/ready-dev
@@ -51,4 +53,4 @@ site: .venv/ready-dev
 	touch $@
 
 clean:
-	rm -rf .venv out build dist web/node_modules
+	rm -rf .venv out build dist web/node_modules web/lint/node_modules

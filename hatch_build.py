@@ -21,8 +21,24 @@ PAGES = {
     "viewer.html": "page.html",
     "landmarks.js": "landmarks.js",
     "landmarks.html": "landmarks.html",
+    "live.js": "live.js",
+    "live.html": "live.html",
+    "studio.js": "studio/main.tsx",
+    "studio.html": "studio/studio.html",
 }
-SOURCES = ("package.json", "package-lock.json", "src/*")
+SOURCES = ("package.json", "package-lock.json", "src/*.*", "src/studio/**/*.*", "live-client/*.js")
+STYLES = {"@BASE@": "base.css", "@STUDIO@": "studio/studio.css"}
+BUNDLED = {
+    "three.js": "three/LICENSE",
+    "meshoptimizer": "meshoptimizer/LICENSE.md",
+    "Preact": "preact/LICENSE",
+    "Preact Signals": "@preact/signals/LICENSE",
+    "Preact Signals, core": "@preact/signals-core/LICENSE",
+}
+"""By the names of what pages hold copies of, its licence among npm's packages."""
+
+INSTALL = ("npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error")
+"""No package's own script is run: what is needed comes whole from the registry."""
 
 
 class ViewerHook(BuildHookInterface):
@@ -49,23 +65,28 @@ class ViewerHook(BuildHookInterface):
 
 def build(web: Path, assets: Path) -> None:
     """npm ci, esbuild, and the notices of what was bundled."""
-    # No package's own script is run: what is needed comes whole from the registry.
-    run(web, "npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error")
+    if not (web / "node_modules/.package-lock.json").exists():  # what the tests need may be there
+        run(web, *INSTALL, "--omit=dev")
     esbuild = web / "node_modules/esbuild/bin/esbuild"
     for name, source in PAGES.items():
         text = (web / "src" / source).read_text(encoding="utf-8")
-        if source.endswith(".js"):
+        if name.endswith(".js"):
             text = bundled(web, esbuild, source)
         else:
-            text = text.replace("@BASE@", (web / "src/base.css").read_text(encoding="utf-8"))
+            for mark, style in STYLES.items():
+                text = text.replace(mark, (web / "src" / style).read_text(encoding="utf-8"))
         (assets / name).write_text(text, encoding="utf-8")
-    notice = (web / "node_modules/three/LICENSE").read_text(encoding="utf-8")
-    (assets / "THIRD_PARTY_NOTICES.txt").write_text(f"three.js\n\n{notice}", encoding="utf-8")
+    notices = [
+        f"{title}\n\n" + (web / "node_modules" / name).read_text(encoding="utf-8")
+        for title, name in BUNDLED.items()
+    ]
+    (assets / "THIRD_PARTY_NOTICES.txt").write_text("\n".join(notices), encoding="utf-8")
 
 
 def bundled(web: Path, esbuild: Path, source: str) -> str:
     """A script with all that it imports."""
     options = "--bundle --minify --format=iife --target=es2020 --legal-comments=none"
+    options += " --jsx=automatic --jsx-import-source=preact"
     bundle = subprocess.run(
         [*node(esbuild), f"src/{source}", *options.split()],
         cwd=web,

@@ -68,7 +68,7 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for name, data in characters(given.ict, given.makehuman).items():
         document = gltf_document(data, name, error=HeadError)
-        on_its_mesh(name, motion, character_of(document, Path("face.glb")).character)
+        on_its_mesh(name, motion, character_of(document, Path("face.glb"), None, {}).character)
 
 
 def by_names(motion: Motion) -> None:

@@ -21,7 +21,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np
 
 from elocute.encoders.phone_encoder import PhoneEncoder
-from elocute.encoders.trunk import AHEAD
+from elocute.encoders.trunk import WHOLE, Pace
 from recipes.encoder import evaluate
 from recipes.encoder.reference import read_reference
 
@@ -60,9 +60,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
     parser.add_argument("--model", type=Path, help="another .onnx than the shipped one")
-    parser.add_argument("--ahead", type=int, default=AHEAD, help="rows of 20 ms a layer sees ahead")
+    parser.add_argument(
+        "--ahead", type=int, default=WHOLE.ahead, help="rows of 20 ms a layer sees ahead"
+    )
     arguments = parser.parse_args()
-    encoder = PhoneEncoder(arguments.model, arguments.ahead)
+    encoder = PhoneEncoder(arguments.model, Pace(arguments.ahead))
     spoken = read_reference(REFERENCE, arguments.data / "speech")
     clean = evaluate.listen(spoken, encoder.encode)
     noisy = evaluate.listen(spoken, encoder.encode, noise_db=10)

@@ -70,7 +70,7 @@ def main() -> None:
         thread.join()
     late_s = [at - clock.began - time_s for at, time_s in arrived]
     apart_ms = 1000 * np.diff([at for at, _ in arrived])
-    print(f"{len(sent.late_s)} frames sent, {len(sent.dropped_s)} dropped, {len(arrived)} arrived")
+    print(f"{sent.sent} frames sent, {sent.dropped} dropped, {len(arrived)} arrived")
     for name, values in (("after their own time, s", late_s), ("apart, ms", apart_ms)):
         told = ", ".join(f"{np.percentile(values, share):.4g}" for share in (50, 95, 99, 100))
         print(f"{name}: median, 95 %, 99 %, most {told}")

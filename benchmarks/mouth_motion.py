@@ -12,7 +12,7 @@ the best of lags up to 0.12 s.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -43,8 +43,11 @@ OPENING, JAW = 0, 3
 LABIODENTALS, SURELY = [PHONES.index("F"), PHONES.index("V")], 0.6
 LAGS_S = np.arange(-0.12, 0.121, 0.02)
 SHUT_MM, OURS_SHUT_MM = 1.8, 0.1  # trackers see a gap between lips that touch
+TOUCHING_MM = 0.9  # that they see at least
+BEFORE_S = (0.4, 0.2)  # from and to where before the first sound a breath is looked for
 TRACKED_LEAST, REST_LEAST = 0.9, 5  # share of frames, and frames
 FPS = 60
+Animated = Callable[[Waveform], Motion]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +65,9 @@ class Recording:
         Gap of our lips in f and v.
     chin_speeds : (pair, 2) float64
         Ours and theirs, mm/s.
+    before_mm : (2,) float64
+        Gap of our lips and of theirs just before the first sound; not a number where the recording
+        begins too late.
     """
 
     ours: Float64Array
@@ -70,12 +76,16 @@ class Recording:
     told_r: Float64Array
     bitten_mm: Float64Array
     chin_speeds: Float64Array
+    before_mm: Float64Array
 
 
-def compared(found: TrackedClip, model: str, lookahead: float | None = None) -> Recording | None:
+def compared(
+    found: TrackedClip, model: str | Animated, lookahead: float | None = None
+) -> Recording | None:
     """One recording beside the animated head; None where a tenth of it was not tracked.
 
-    lookahead: of a live stream, s; None for `animate`.
+    model: its name, or what makes a motion of a sound. lookahead: of a live stream, s; None for
+    `animate`.
     """
     fields = read_npz(found.path, MOUTH_FILE, only=frozenset((*FIELDS, "t", "valid")))
     tracked = np.stack([np.asarray(fields[name], float) for name in FIELDS], axis=1)
@@ -84,7 +94,9 @@ def compared(found: TrackedClip, model: str, lookahead: float | None = None) -> 
         return None
     times_s = np.asarray(fields["t"], float) - found.offset_s
     sound = read_audio(read_tracked_mouth(found).sound, sample_rate=SPEECH_RATE)
-    if lookahead is None:
+    if not isinstance(model, str):
+        motion = model(sound)
+    elif lookahead is None:
         motion = animate(sound, model=model, fps=FPS, life=0).motion
     else:
         motion = streamed(sound, model, lookahead)
@@ -107,22 +119,29 @@ def compared(found: TrackedClip, model: str, lookahead: float | None = None) -> 
     heard = np.exp(speech.phones.values)
     silence = heard[:, SILENCE]
     bitten = np.interp(clock, rows, heard[:, LABIODENTALS].sum(axis=1)) > SURELY
+    first_s = rows[np.argmax(silence < 0.5)]
+    begin_s, end_s = first_s - BEFORE_S[0], first_s - BEFORE_S[1]
+    before = seen & (times_s >= begin_s) & (times_s <= end_s) & (begin_s >= 0)
+    ours_at_once = lagged[len(LAGS_S) // 2]
+    gaps = np.stack([ours_at_once[:, OPENING], theirs[:, OPENING] - TOUCHING_MM], axis=1)
+    before_mm = np.maximum(gaps[before], 0).mean(axis=0) if before.any() else np.full(2, np.nan)
     quiet = np.interp(times_s, np.arange(len(silence)) / FEATURE_RATE, silence) > 0.5
     resting = seen & quiet
     if resting.sum() < REST_LEAST:
         resting = seen & (tracked[:, JAW] <= np.percentile(tracked[seen, JAW], 10))
     rest = np.median(theirs[resting], axis=0)
     rest[OPENING] = at_rest[OPENING] = 0
-    ours, spoken = lagged[len(LAGS_S) // 2], seen & ~quiet
+    spoken = seen & ~quiet
     pairs = spoken[1:] & spoken[:-1]
-    speeds = [np.abs(np.diff(each[:, JAW]))[pairs] for each in (ours, theirs)]
+    speeds = [np.abs(np.diff(each[:, JAW]))[pairs] for each in (ours_at_once, theirs)]
     return Recording(
-        (ours - at_rest)[spoken],
+        (ours_at_once - at_rest)[spoken],
         (theirs - rest)[spoken],
         np.array(r),
         np.array(told_r),
         mine[bitten, OPENING],
         np.stack(speeds, axis=1) / np.median(np.diff(times_s)),
+        before_mm,
     )
 
 
@@ -164,6 +183,11 @@ def table(recordings: Sequence[Recording]) -> Iterator[str]:
         "lips shut, share of speech": [s.mean() for s in shut],
         "ours shut where theirs are": [shut[0][shut[1]].mean(), 1.0],
     }
+    before = np.stack([each.before_mm for each in recordings])
+    before = before[np.isfinite(before).all(axis=1)]
+    if len(before) > 1:
+        rows["gap before the first sound, mm"] = before.mean(axis=0)
+        rows["the same, r over recordings"] = [pearson(*before.T), 1.0]
     for name, column in zip(SHOWN, range(len(FIELDS)), strict=True):
         rows[f"{name}, mean in speech"] = [x[:, column].mean() for x in both]
         rows[f"{name}, deviation"] = [x[:, column].std() for x in both]

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.mouth_motion import Animated
 from elocute.animation import animate
 from elocute.audio.waveform import Waveform
 from elocute.encoders.phones_and_visemes import PHONES
@@ -52,9 +53,16 @@ def chosen(utterances: Sequence[Utterance], clips: int) -> list[Utterance]:
     return found
 
 
-def takes(utterances: Sequence[Utterance], model: str, pops: list[int]) -> Iterator[SpokenTake]:
+def takes(
+    utterances: Sequence[Utterance], model: str | Animated, pops: list[int]
+) -> Iterator[SpokenTake]:
+    """model: its name, or what makes a motion of a sound."""
     for one in utterances:
-        motion = animate(Waveform(one.samples, RATE), model=model, fps=FPS, life=0).motion
+        sound = Waveform(one.samples, RATE)
+        if isinstance(model, str):
+            motion = animate(sound, model=model, fps=FPS, life=0).motion
+        else:
+            motion = model(sound)
         opening = measure_mouth(motion)["opening_mm"]
         pops.append(sum((b - a) / FPS < POP_S for a, b in short_runs(opening >= CLOSED_MM, FPS)))
         yield SpokenTake(motion, phones_of(one))

@@ -85,7 +85,7 @@ def main() -> None:
         choice.folder,
         faces.templates,
         fps=FPS,
-        note=NOTE.format(", of flesh" if choice.faces == "rich" else ""),
+        note=NOTE.format(", of flesh" if choice.faces != "rig" else ""),
         **writer_options(faces),
     ) as writer:
         write_simulated(writer, faces, choice.seed, choice.limit)

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from elocute.audio.read import read_audio
-from elocute.corpus.corpus_store import open_corpus
+from elocute.audio.waveform import Waveform
 from elocute.corpus.shards import Shards, WordClip, open_shards, shard_writer
 from elocute.head.builtin import load_builtin_head
 from elocute.numerics.resampling import read_rows
@@ -42,17 +42,32 @@ class ExactParameters:
         self.onto = ridge_projection(basis.reshape(len(basis), -1).astype(np.float64))
         self.onto = self.onto.astype(np.float32)
 
+    def at(self, phones: Phones, sound: Waveform, source: str, name: str, fps: float) -> np.ndarray:
+        """(frame, parameter) of a whole sound; `name` makes takes differ."""
+        made = self.faces.frames(phones, sound, source, name, fps)
+        if self.faces.basis is None:
+            moved = made - self.faces.templates[source]
+        else:
+            moved = np.tensordot(made, load_builtin_head().expression_basis, 1)
+        return moved.reshape(len(moved), -1).astype(np.float32) @ self.onto
+
     def of(self, clip: WordClip, phones: Phones) -> np.ndarray:
         """(frame, parameter) at the clip's frames."""
         sound = read_audio(self.shards.sound_root / clip.audio)
-        made = self.faces.frames(phones, sound, clip.source, clip.clip, clip.fps)
-        if self.faces.basis is None:
-            moved = made - self.faces.templates[clip.source]
-        else:
-            moved = np.tensordot(made, load_builtin_head().expression_basis, 1)
-        values = moved.reshape(len(moved), -1).astype(np.float32) @ self.onto
+        values = self.at(phones, sound, clip.source, clip.clip, clip.fps)
         places = clip.start_s * clip.fps + np.arange(len(clip))
         return read_rows(values, np.minimum(places, len(values) - 1))
+
+
+def exact_parameters(words: Path, shards: Shards) -> tuple[dict[str, Phones], ExactParameters]:
+    """What is said in a folder of recipes.build_words, and the faces of its captured speakers."""
+    kind = json.loads((words / "split.json").read_text(encoding="utf-8"))["faces"]
+    spoken = json.loads((words / "phones.json").read_text(encoding="utf-8"))
+    phones = {
+        name: [(float(a), float(b), str(phone)) for a, b, phone in said]
+        for name, said in spoken.items()
+    }
+    return phones, ExactParameters(open_faces(kind, CAPTURED), shards)
 
 
 def main() -> None:
@@ -63,16 +78,13 @@ def main() -> None:
     parser.add_argument("--train", action="store_true", help="the training part too")
     choice = parser.parse_args()
     shards = open_shards(choice.shards, choice.words)
-    phones = json.loads((choice.words / "phones.json").read_text(encoding="utf-8"))
-    kind = "rich" if open_corpus(choice.words / "captured").basis is None else "rig"
-    exact = ExactParameters(open_faces(kind, CAPTURED), shards)
+    phones, exact = exact_parameters(choice.words, shards)
     parts, count = ("validation", "test", *(("train",) if choice.train else ())), 0
     with shard_writer(choice.output, shards.basis, note=NOTE) as writer:
         for clip in shards.clips():
             if clip.split not in parts or clip.audio not in phones or clip.speaker == clip.source:
                 continue
-            known = [(float(a), float(b), str(phone)) for a, b, phone in phones[clip.audio]]
-            values = exact.of(clip, known)
+            values = exact.of(clip, phones[clip.audio])
             writer.add(
                 WordClip(
                     clip.clip,

@@ -6,6 +6,7 @@
     python -m recipes.train_trunk fit WHISPER --held-out    # resumes from its checkpoint
     python -m recipes.train_trunk mouth WHISPER --held-out  # its mouth again, on readers too
     python -m recipes.train_trunk ship             # ONNX into the package
+    python -m recipes.train_trunk sizes            # its sizes of movement; `ship` makes them too
     python -m recipes.train_trunk reference        # phones of the test clips for the benchmark
 
 WHISPER is a published Whisper as CTranslate2's folder or model.bin, or as OpenAI's .pt (MIT); the
@@ -31,8 +32,8 @@ import torch
 
 from elocute.array_types import Float32Array
 from elocute.encoders.phones_and_visemes import SILENCE
-from elocute.encoders.trunk import KIND, ROW_SAMPLES, SHIPPED_PATH
-from elocute.models.talkers import SIZES_PATH
+from elocute.encoders.trunk import KIND, ROW_SAMPLES, SHIPPED_PATH, WHOLE
+from elocute.models.talkers import SIZES_PATH, TalkersModel
 from recipes.encoder import evaluate
 from recipes.encoder.augment import Augmenter
 from recipes.encoder.mixing import Mixer, read_noises
@@ -46,7 +47,7 @@ from recipes.trunk.fit import ROWS, FitSettings, fit
 from recipes.trunk.judging import mouth_correlations, phone_figures
 from recipes.trunk.mouth_teacher import Voice, teach_mouth
 from recipes.trunk.mouths import MouthBatches, MouthClip, by_talker, read_mouths, standardise
-from recipes.trunk.network import CONTEXT, Trunk, TrunkConfig
+from recipes.trunk.network import CONTEXT, LIVE_AHEAD, Trunk, TrunkConfig
 from recipes.trunk.spectrum import BatchLogMel
 from recipes.voice.made_sounds import made_sounds
 
@@ -61,8 +62,9 @@ EVERY, FIRST = 8, 3  # of the talkers by number of clips, those held out
 MADE_EACH = 10
 AGAIN = {"trunk_rate": 1e-4, "head_rate": 5e-4}  # of phones that are taught on alone
 FLITE_MINUTES, FESTIVAL_MINUTES = 35, 30
+WORDS_EVERY, SENTENCES_EVERY = 8, 10  # of news talkers and GRID, that measure how far mouths move
 JUDGED_EVERY = 6  # of the test recordings, while teaching
-AHEAD_FILE, AHEAD_STREAM = 25, 2
+AHEADS = (25, WHOLE.ahead, LIVE_AHEAD)  # of files whose end is known, of files, of streams
 VOICES = {"readers_train": 1, "untold_train": 2, "nat_train_*": 40}
 """Shards in whose recordings a teacher tells the mouths, one of so many of each."""
 
@@ -210,7 +212,7 @@ def teach_mouth_again(chosen: argparse.Namespace) -> None:
     """The mouth's head alone, through the layers that the checkpoint has."""
     state = torch.load(chosen.checkpoint, weights_only=True)
     trunk = Trunk(TrunkConfig(**state["config"]))
-    kept = {name: x for name, x in state["mean"].items() if not name.startswith("mouth.")}
+    kept = {name: x for name, x in state["mean"].items() if "mouth." not in name}
     trunk.load_state_dict(kept, strict=False)
     words, sentences = filmed(chosen.data)
     learned, other = split_talkers(words) if chosen.held_out else (words, [])
@@ -218,9 +220,9 @@ def teach_mouth_again(chosen: argparse.Namespace) -> None:
     augment = Augmenter(read_all_noises(chosen.data), chosen.seed)
     voices = read_voices(chosen.work)
     teach_mouth(trunk, chosen.whisper, learned, sentences, voices, augment, chosen.seed)
-    mouth = {f"mouth.{name}": x for name, x in trunk.mouth.state_dict().items()}
+    heads = {name: x for name, x in trunk.state_dict().items() if "mouth." in name}
     for part in ("trunk", "mean"):
-        state[part] |= mouth
+        state[part] |= heads
     torch.save(state, chosen.checkpoint)
     judged = [*read_mouths(chosen.data / "talkers" / "dev"), *other[::2]]
     print(judgement(trunk, judged, []))
@@ -233,15 +235,9 @@ def ship(chosen: argparse.Namespace) -> None:
     trunk.load_state_dict(state["mean"])
     trunk.eval()
     words, sentences = filmed(chosen.data)
-    sentences = sentences[::10]
-    talkers = standardise([*words, *sentences])
     _, other = split_talkers(words)
-    sizes = calibrate(trunk, [other, sentences], list(talkers.values()))
-    chosen.sizes.write_text(json.dumps(sizes, indent=1) + "\n", encoding="utf-8")
-    if chosen.sizes_alone:
-        return
     front_end = BatchLogMel(0)
-    sounds = [clip.samples for clip in [*other[::10], *sentences[::5]]]
+    sounds = [clip.samples for clip in [*other[::10], *sentences[::SENTENCES_EVERY][::5]]]
     sounds += [one.samples for one in read_reference(REFERENCE, chosen.data / "speech")[::20]]
     bands = (
         front_end(torch.from_numpy(np.pad(x, (0, -len(x) % ROW_SAMPLES)))[None], CONTEXT)
@@ -250,6 +246,16 @@ def ship(chosen: argparse.Namespace) -> None:
     record = {"kind": KIND, "note": NOTE}
     export(trunk, chosen.output, record, scales(trunk, bands))
     print(f"{chosen.output}: {chosen.output.stat().st_size} bytes")
+    measure_sizes(chosen)
+
+
+def measure_sizes(chosen: argparse.Namespace) -> None:
+    """How far the mouth of the shipped trunk moves, by talkers held out and by GRID's man."""
+    words, sentences = filmed(chosen.data)
+    _, other = split_talkers(words)
+    everybody = [words[::WORDS_EVERY], sentences[::SENTENCES_EVERY]]
+    sizes = calibrate(TalkersModel(chosen.output), other, everybody)
+    chosen.sizes.write_text(json.dumps(sizes, indent=1) + "\n", encoding="utf-8")
 
 
 def judgement(
@@ -257,7 +263,7 @@ def judgement(
 ) -> str:
     """A line for each look-ahead."""
     lines = []
-    for ahead in (AHEAD_FILE, AHEAD_STREAM):
+    for ahead in AHEADS:
         found = mouth_correlations(trunk, clips, ahead)
         shown = {name: found.pop(name) for name in list(found) if not name.startswith("ar")}
         for name, values in shown.items():
@@ -276,7 +282,8 @@ def judgement(
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument(
-        "step", choices=("synthesise", "align", "realign", "fit", "mouth", "ship", "reference")
+        "step",
+        choices=("synthesise", "align", "realign", "fit", "mouth", "ship", "sizes", "reference"),
     )
     parser.add_argument("whisper", type=Path, nargs="?")
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
@@ -289,7 +296,6 @@ def main() -> None:
     parser.add_argument("--phones-alone", action="store_true", help="leave the mouth as it is")
     parser.add_argument("-o", "--output", type=Path, default=SHIPPED_PATH)
     parser.add_argument("--sizes", type=Path, default=SIZES_PATH, help="of movement, for the head")
-    parser.add_argument("--sizes-alone", action="store_true", help="ship the sizes, not the trunk")
     chosen = parser.parse_args()
     torch.set_num_threads(1)
     chosen.work.mkdir(parents=True, exist_ok=True)
@@ -299,6 +305,8 @@ def main() -> None:
         teach_mouth_again(chosen)
     elif chosen.step == "ship":
         ship(chosen)
+    elif chosen.step == "sizes":
+        measure_sizes(chosen)
     elif chosen.step == "realign":
         realigned_shards(chosen.data, chosen.work, [])
     elif chosen.step == "reference":

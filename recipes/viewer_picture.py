@@ -39,15 +39,31 @@ def need(there: object, what: str) -> None:
 
 def seen(driver: Any, size: tuple[int, int], clicks: str) -> Image.Image:
     """The page in a window of a size, after some of its elements were clicked."""
-    metrics = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
-    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     names = ("theme", "more", "views", "downloads")
     found = " ".join(f"const {name} = document.getElementById('{name}');" for name in names)
-    driver.execute_async_script(
-        f"{found} {clicks} elocute.jump({AT_S}); elocute.show();"
-        f"setTimeout(arguments[0], {SETTLED_MS});"
-    )
+    return screen(driver, size, f"{found} {clicks} elocute.jump({AT_S}); elocute.show();")
+
+
+def screen(driver: Any, size: tuple[int, int], code: str) -> Image.Image:
+    """A window of a size, once its code has run and nothing moves any more."""
+    metrics = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    driver.execute_async_script(f"{code} setTimeout(arguments[0], {SETTLED_MS});")
     return Image.open(io.BytesIO(driver.get_screenshot_as_png())).convert("RGB")
+
+
+def save_side_by_side(pictures: list[Image.Image], out: Path) -> None:
+    """Screens beside each other, smaller, as one picture."""
+    wide = sum(picture.width for picture in pictures) + GAP * (len(pictures) - 1)
+    whole = Image.new("RGB", (wide, max(each.height for each in pictures)), (255, 255, 255))
+    x = 0
+    for picture in pictures:
+        whole.paste(picture, (x, 0))
+        x += picture.width + GAP
+    small = (round(SHARE * whole.width), round(SHARE * whole.height))
+    whole = whole.resize(small, Image.Resampling.LANCZOS)
+    whole.save(out, quality=QUALITY, optimize=True)
+    print(f"{out}: {out.stat().st_size / 1000:.0f} kB")
 
 
 def main() -> None:
@@ -62,16 +78,7 @@ def main() -> None:
             driver.set_script_timeout(120)
             open_viewer(driver, page)
             pictures = [seen(driver, size, clicks) for size, clicks in SHOWN]
-    wide = sum(picture.width for picture in pictures) + GAP * (len(pictures) - 1)
-    whole = Image.new("RGB", (wide, DESK[1]), (255, 255, 255))
-    x = 0
-    for picture in pictures:
-        whole.paste(picture, (x, 0))
-        x += picture.width + GAP
-    small = (round(SHARE * whole.width), round(SHARE * whole.height))
-    whole = whole.resize(small, Image.Resampling.LANCZOS)
-    whole.save(out, quality=QUALITY, optimize=True)
-    print(f"{out}: {out.stat().st_size / 1000:.0f} kB")
+    save_side_by_side(pictures, out)
 
 
 if __name__ == "__main__":

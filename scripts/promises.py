@@ -40,15 +40,28 @@ MODULES = {
             "xmlrpc",
             "smtplib",
             "asyncio",
+            "grpc",
             "webbrowser",
+            "websockets",
         },
         # `study serve` waits for connections, ends those that ask nothing, and makes none. `live`
-        # sends frames where it was told to, and receives nothing.
+        # sends frames where it was told to, and waits for connections where it is told to.
+        # `studio` is served likewise, and its link is opened in the user's browser.
+        # `agents` waits for its turn by `asyncio`, inside the programs of others.
         {
+            "agents/paced_face.py",
+            "agents/pipecat.py",
+            "cli/commands/studio.py",
             "jobs/ray_cluster.py",
+            "live/faces.py",
+            "live/a2f.py",
             "live/targets.py",
-            "study/serving/connections.py",
-            "study/serving/listening.py",
+            "live/vtube_studio.py",
+            "live/ws_server.py",
+            "serving/listening.py",
+            "serving/connections.py",
+            "studio/server.py",
+            "studio/session.py",
         },
     ),
     # Python alone: the processes that hold espeak-ng's library, Draco's and Blender's.

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """What is public is in the `__all__` of packages; it loads, says what it is, and is all that
-documents use.
+documents use. Functions of the first packages have an example there, which the tests run.
 
     python scripts/public_names.py    names what is wrong; exit code 1 where there is something
 """
@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import ast
 import importlib
+import inspect
 import pkgutil
 import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
+
+from elocute.errors import MachineError
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "elocute"
@@ -25,6 +28,8 @@ HOMES = {
     if LISTED.search(home.read_text(encoding="utf-8"))
 }
 """Every package with public names, and its source."""
+SHOWN = ("elocute", "elocute.encoders", "elocute.life", "elocute.motion")
+"""Packages each of whose functions has an example."""
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 EXAMPLES = sorted((ROOT / "examples").rglob("*.py"))
 
@@ -45,8 +50,8 @@ def meaning_of(package: str, name: str) -> Iterator[str]:
     module = importlib.import_module(package)
     try:
         found = getattr(module, name)
-    except ModuleNotFoundError as error:
-        print(f"{package}.{name} is left out: it needs {error.name}", file=sys.stderr)
+    except (ModuleNotFoundError, MachineError) as error:
+        print(f"{package}.{name} is left out: {error}", file=sys.stderr)
         return
     if name not in dir(module) and name != "__version__":
         yield f"{package}.{name}: not in dir()"
@@ -84,8 +89,21 @@ def is_public(home: str, name: str) -> bool:
     return name in listed or f"{home}.{name}" in HOMES or name.startswith("__")
 
 
+def without_example(package: str) -> Iterator[str]:
+    """Functions of a package that no page and no example uses."""
+    trees = [tree for page in (*PAGES, *EXAMPLES) for tree in python_of(page)]
+    nodes = [node for tree in trees for node in ast.walk(tree)]
+    used = {node.id for node in nodes if isinstance(node, ast.Name)}
+    used |= {node.attr for node in nodes if isinstance(node, ast.Attribute)}
+    module = importlib.import_module(package)
+    for name in module.__all__:
+        if inspect.isfunction(getattr(module, name)) and name not in used:
+            yield f"{package}.{name}: no example in a page or in examples/"
+
+
 def main() -> int:
     told = [line for package in HOMES for line in names_of(package)]
+    told += [line for package in SHOWN for line in without_example(package)]
     for package in HOMES:
         for name in importlib.import_module(package).__all__:
             told += meaning_of(package, name)

@@ -8,6 +8,7 @@ import importlib.util
 import io
 import os
 import pickle
+import signal
 import struct
 import sys
 from collections.abc import Callable, Iterator
@@ -35,8 +36,8 @@ from tests.support.whisper import whisper_folder  # noqa: E402
 ROOT = Path(__file__).parents[1]
 SPREAD = ("tests/test_documented.py",)
 """Long files whose costly fixtures are made once a run: any worker may take any test of them."""
-TOGETHER = ("tests/capture/scans", "tests/capture/video")
-"""Folders whose scans and films are made once for all: one worker takes all tests of each."""
+TOGETHER = ("tests/capture/scans", "tests/capture/video", "tests/audio/test_mel")
+"""What one worker takes: scans and films are made once for all, and librosa compiles for 20 s."""
 LARGE = (
     "elocute.head.looks.baked",
     "elocute.head.looks.dressing",
@@ -50,6 +51,13 @@ ROOM_MB = 950
 """A worker that takes more lets go of what can be made again; 1500 are promised."""
 FIRST = ("propagation", "cli", "capture", "study", "adoption", "export")
 """Where the longest files are: last, they would be waited for by one worker alone."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """One more than there are processors: of a few, one or the other waits for a browser."""
+    known = hasattr(os, "sched_getaffinity")
+    return 1 + (len(os.sched_getaffinity(0)) if known else os.cpu_count() or 1)
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -83,8 +91,13 @@ def own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 
 def pytest_configure() -> None:
-    """While everything is imported, there is nothing to collect: a third of that time."""
+    """While everything is imported, there is nothing to collect: a third of that time.
+
+    What a shell starts in the background ignores Ctrl-C, and so would all that tests interrupt.
+    """
     gc.disable()
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_finish() -> None:
@@ -104,8 +117,14 @@ def memory_mb() -> float:
 
 @pytest.fixture(scope="module", autouse=True)
 def forgotten() -> Iterator[None]:
-    """What modules keep of large things, as dressed heads, does not add up."""
+    """What modules keep of large things, as dressed heads, does not add up.
+
+    A command that ran in this process and left signals ignored would keep servers of later tests
+    from ending: `run_here` gives them back.
+    """
+    before = signal.getsignal(signal.SIGTERM)
     yield
+    assert signal.getsignal(signal.SIGTERM) is before
     if memory_mb() < ROOM_MB:
         return
     for name, module in list(sys.modules.items()):

@@ -10,15 +10,12 @@ There the options are at least understood.
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import io
 import json
 import os
 import re
 import shlex
 import shutil
-import signal
 import subprocess
 import sys
 import tomllib
@@ -26,17 +23,14 @@ from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 import pytest
 from typer.main import get_command
 
-from elocute.cli import main
 from elocute.cli.app import command_line
 from elocute.cli.line_table import Line, read_lines
-from elocute.speech.voices.espeak import has_espeak
 from elocute.speech.voices.settings import VoiceSettings
-from tests.support.commands import run_apart, run_python
+from tests.support.commands import run_apart, run_here, run_python
 from tests.support.documented_files import file_maker
 from tests.support.documented_pages import (
     BLOCKS,
@@ -50,9 +44,12 @@ from tests.support.documented_pages import (
     RUN,
     UNDERSTOOD,
 )
+from tests.support.espeak import has_espeak
 from tests.support.once_a_run import folder_of_run
 
 NOT_RUN_MAX = 5
+WRITES = ("-o", "--output", "--into", "--plot", "--textgrid", "--participants", "--export")
+"""Options before the name of what is written."""
 SMALLER = {
     r"say .*\.mp4": "--size 64 --fps 10",
     r"animate .*\.(mp4|webm|mov)": "--size 64 --fps 10",
@@ -86,17 +83,9 @@ def run() -> Callable[..., str]:
     """Type a command; it succeeds. In this process: dozens of new ones would take their time."""
 
     def typed(*arguments: object) -> str:
-        out, err, kept = io.StringIO(), io.StringIO(), signal.getsignal(signal.SIGINT)
-        with (
-            mock.patch.object(sys, "argv", ["elocute", *map(str, arguments)]),
-            contextlib.redirect_stdout(out),
-            contextlib.redirect_stderr(err),
-            pytest.raises(SystemExit) as left,
-        ):
-            main()
-        signal.signal(signal.SIGINT, kept)
-        assert left.value.code == 0, f"{arguments}: {err.getvalue()}{out.getvalue()}"
-        return out.getvalue()
+        done = run_here(*arguments)
+        assert done.returncode == 0, f"{arguments}: {done.stderr}{done.stdout}"
+        return done.stdout
 
     return typed
 
@@ -111,7 +100,7 @@ def split(line: str) -> tuple[list[str], list[str]]:
             r"\.(wav|npz|npy|onnx|pkl|ply|json|toml|txt|TextGrid|mp4|glb)$|/|^VOCASET|^(lines|recordings|answers|trial|recorded).csv",
             word,
         )
-        and before not in ("-o", "--output", "--plot", "--textgrid", "--participants")
+        and before not in WRITES
     ]
     return words, reads
 
@@ -141,6 +130,7 @@ def test_a_command_runs(
         ("words", "pocketsphinx"),
         ("study", "sqlalchemy"),
         ("study", "matplotlib"),
+        ("studio", "fastapi"),
     ):
         if words[0] == extra:
             pytest.importorskip(package)
@@ -149,6 +139,8 @@ def test_a_command_runs(
     monkeypatch.chdir(tmp_path)
     if "recordings.csv" in reads:
         reads.append("reading.wav")
+    if "takes/line.elocute.json" in reads:
+        reads.append("takes/line.wav")
     if "study.toml" in reads:
         reads += ["ours", "theirs"]
     for name in reads:
@@ -223,14 +215,17 @@ def test_a_command_that_a_sentence_names_is_there(name: str) -> None:
         command = command.commands[word]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "line",
-    dict.fromkeys(line for line in LINES if line.startswith("python -m ")),
+SCRIPTS = dict.fromkeys(
+    line for line in LINES if re.match(r"python -m (benchmarks|elocute|recipes)\.", line)
 )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("line", SCRIPTS)
 def test_a_script_says_how_it_is_used(line: str) -> None:
     module = line.removeprefix("python -m ").split()[0]
-    script = (ROOT / module.replace(".", "/")).with_suffix(".py")
+    room = ROOT / "src" if module.startswith("elocute") else ROOT
+    script = (room / module.replace(".", "/")).with_suffix(".py")
     if "argparse" not in script.read_text(encoding="utf-8"):
         compile(script.read_text(encoding="utf-8"), script, "exec")
         return
@@ -267,9 +262,17 @@ def test_every_line_is_of_a_kind_that_is_tested() -> None:
         "make ",
         "pip install ",
         *LOOKS,
+        # By tests of their own.
+        "python examples/browser/make.py ",
+        "python -m elocute.models.browser_tables ",
+        "python scripts/blender_extension.py",
+        # Programs of others.
+        "(cd web && npm ci)",
+        "npm install onnxruntime-web@",
+        "python -m http.server ",
     )
     assert [line for line in LINES if not line.startswith(kinds)] == []
-    assert {block.kind for block in BLOCKS} <= {"sh", "python", "csv", "json", "text", "toml"}
+    assert {block.kind for block in BLOCKS} <= {"sh", "python", "csv", "json", "js", "text", "toml"}
 
 
 @pytest.mark.parametrize("table", [block.text for block in BLOCKS if block.kind == "csv"])
@@ -281,7 +284,9 @@ def test_tables_of_lines_are_read(table: str, tmp_path: Path) -> None:
 
 
 def test_the_edit_list_of_the_page_is_the_example() -> None:
-    shown = [json.loads(b.text) for b in BLOCKS if b.kind == "json" and '"edits"' in b.text]
+    shown = [
+        json.loads(b.text) for b in BLOCKS if b.kind == "json" and '"elocute": "edits"' in b.text
+    ]
     examples = [json.loads(p.read_text()) for p in (ROOT / "examples").glob("*.json")]
     assert shown and all(each in examples for each in shown)
 
@@ -298,6 +303,9 @@ def test_python_of_a_page_runs(
     code = "\n".join(PYTHON[page])
     for large, small in SMALLER_PYTHON.items():
         code = code.replace(large, small)
+    if "elocute.agents" in code:  # the page is run with them in tests/agents/test_page.py
+        pytest.importorskip("pipecat")
+        pytest.importorskip("livekit")
     if "training" in code or "aligner" in code:
         pytest.importorskip("lightning_fabric")
         pytest.importorskip("numba")
@@ -317,6 +325,7 @@ def test_python_of_a_page_runs(
         "generic_model.pkl",
         "hero.glb",
         "studies/example.toml",
+        "takes",
     ):
         if f'"{name}' in code:
             given = give(name)
@@ -327,4 +336,4 @@ def test_python_of_a_page_runs(
     sounds = [give(f"{name}.wav") for name in ("one", "two", "three")]
     samples = elocute.read_audio(sounds[0], sample_rate=48000).samples
     blocks = [samples[at : at + 4800] for at in range(0, len(samples), 4800)]
-    exec(code, {"recordings": sounds, "blocks": blocks})
+    exec(code, {"recordings": sounds, "blocks": blocks, "chunk": blocks[0]})

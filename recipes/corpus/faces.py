@@ -1,7 +1,9 @@
 """The faces of simulated speakers: the rig's, or faces of flesh that no rig spans.
 
 `rig` gives weights of the built-in head's shapes, exactly as the shipped models learned them;
-`rich` gives vertices of `recipes.rich_faces`.
+`rich` gives vertices of `recipes.rich_faces`, each subject in a speaking style of the subject's
+own; `people` are the same faces in the plain style, about which what people differ by was fitted to
+talkers tracked in video (`recipes.talker_spread`).
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from recipes.encoder.store import LABEL_RATE
 from recipes.encoder.synthesise import Phones
 from recipes.rich_faces.rich_face import RichFace
 
-KINDS = ("rich", "rig")
+KINDS = ("rich", "people", "rig")
 
 
 def rig_weights(phones: Phones, duration_s: float, style: str, fps: float) -> np.ndarray:
@@ -66,15 +68,17 @@ class RigFaces:
 class RichFaces:
     """Vertices of people with shapes, flesh and habits of their own; people by their identity."""
 
-    kind = "rich"
     basis = None
     components: tuple[str, ...] = ()
 
-    def __init__(self, subjects: Sequence[Subject]) -> None:
-        head = load_builtin_head()
+    def __init__(self, subjects: Sequence[Subject], kind: str = "rich") -> None:
+        head, self.kind = load_builtin_head(), kind
         self.people = {
             s.style: RichFace(
-                head, resolve_identity(str(s.identity)), STYLES[s.style], seed=s.identity
+                head,
+                resolve_identity(str(s.identity)),
+                STYLES[s.style if kind == "rich" else "plain"],
+                seed=s.identity,
             )
             for s in subjects
         }
@@ -105,7 +109,7 @@ Faces = RigFaces | RichFaces
 
 def open_faces(kind: str, subjects: Sequence[Subject]) -> Faces:
     """The faces of subjects, of a kind of `KINDS`."""
-    return RichFaces(subjects) if kind == "rich" else RigFaces(subjects)
+    return RigFaces(subjects) if kind == "rig" else RichFaces(subjects, kind)
 
 
 def writer_options(faces: Faces) -> dict[str, Any]:

@@ -30,10 +30,10 @@ UPPER_HELPER = slice(15060, 15128)
 LOWER_HELPER = slice(14992, 15060)
 EYE_SHELL_LEFT, EYE_SHELL_RIGHT = slice(0, 256), slice(532, 788)
 """Outer shells in MakeHuman's high-poly eyes."""
-OVERBITE_MM = 1.1
+OVERBITE_MM = 1.3
 """How far the upper incisors reach over the lower ones."""
-BITING_MM = 3.7
-"""How far the edges of the upper incisors lie under MakeHuman's: 2.6 mm under the line of shut
+BITING_MM = 2.3
+"""How far the edges of the upper incisors lie under MakeHuman's: 1.3 mm under the line of shut
 lips, so that lips which part show them, as people's do."""
 
 

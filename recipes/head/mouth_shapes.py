@@ -14,7 +14,7 @@ from recipes.head.pulls import Fold, Pull, both_sides, pulled
 from recipes.head.tongue import along
 
 FUNNEL = Aperture(
-    half_width=13.0,
+    half_width=14.0,
     above=4.8,
     below=4.6,
     drop=0.9,
@@ -25,6 +25,7 @@ FUNNEL = Aperture(
     thickness=0.92,
     taper=0.20,
     roundness=0.80,
+    hole=0.90,
     corner_full=0.6,
 )
 PUCKER = Aperture(
@@ -48,6 +49,16 @@ TONGUE_SINKS_M, TONGUE_SINKS_AT = 0.0045, (0.25, 0.30)
 CORNERS_FALL_M, CORNERS_IN_M = 0.0080, 0.0055
 """How far the corners fall with a wide open jaw, besides what its bone draws them, and how far they
 come in: a mouth opens round."""
+HELD_LOWERED, HELD_RAISED = 0.84, 0.86
+"""Shares of the way to a corner up to which lips part when the lower lip is drawn down, and when
+the upper one is raised: beside the corners they stay on each other, and the hole ends round, not in
+a needle."""
+LOWERED_FULL, DRAWN_M = 0.92, 0.013
+"""How far the border of a lower lip that is drawn down falls, as a share of its edge's fall, and
+how far below it the skin goes with it."""
+LOWERED_CORNER_M, STRETCHED_CORNER_M, SAG = 0.0024, 0.0012, 2.4
+"""How far a corner comes down with a lower lip that is drawn down, and with a stretched mouth, and
+the power of the way to it by which both lips do."""
 STRETCHED_CHEEK = (
     Pull((42, -51), (-4.6, -5.0, -3.4), (15, 18)),
     Pull((58, -64), (-2.0, -6.0, 0.0), (14, 16)),
@@ -91,9 +102,10 @@ FROWNED = (
 )
 """What a frown does beside the mouth: a soft fold down from the corner, the cheek over it sags, and
 the chin lifts the lip."""
-UPPER_UP_M, UPPER_BACK_M, UPPER_ARC = 0.0067, 0.0012, 2.0
-"""How far the middle of the upper lip's edge rises, how far its border goes back with it, and the
-power of the way to the corner by which both are less."""
+UPPER_UP_M, UPPER_BACK_M = 0.0067, 0.0012
+"""How far the middle of the upper lip's edge rises, and how far its border goes back with it."""
+RAISED_FULL = 0.8
+"""How far the border of a raised upper lip rises, as a share of its edge's rise."""
 SIDES_UP = (
     Pull((14, -43), (0.4, 1.2, 0.2), (7, 7)),
     Fold(((17, -40), (22, -46), (28, -53)), 0.8, 1.0, 3.4),
@@ -120,14 +132,13 @@ SHRUG_FORWARD_M = 0.0022
 """How far the upper lip is pushed out in a shrug."""
 CLOSED_DROP_M, CLOSED_BACK_M = 0.009, 0.002
 """Where the sealed lips are while the jaw is wide open."""
-LABIODENTAL_LIFT_M, LABIODENTAL_JAW = -0.0010, 0.04
-"""How far the upper lip rises in f (it comes down a little), and the jaw's opening that this is
-made for. The lower one
+LABIODENTAL_LIFT_M, LABIODENTAL_JAW = 0.0003, 0.04
+"""How far the upper lip rises in f, and the jaw's opening that this is made for. The lower one
 meets the incisors' edges."""
-ROLLED, ROLLED_REACH, LIFTED_REACH = (0.55, 0.60), (0.0235, 0.6), (0.0170, 1.8)
+ROLLED, ROLLED_REACH, LIFTED_REACH = (0.84, 0.80), (0.0235, 0.6), (0.0170, 1.8)
 """What is left of the lower lip's height and fullness then, and how far to the sides it is rolled
 in and the upper one lifted; see `reach`."""
-BITTEN_REACH = (0.0170, 0.8)
+BITTEN_REACH = (0.0140, 0.8)
 """How far to the sides the lower lip lies under the teeth, not under the upper lip."""
 BUNCHED_CHIN = (Pull((0, -88), (0, 2.6, 1.8), (15, 8)), Pull((0, -78), (0, 0.8, -0.8), (14, 4)))
 """The chin lifts the lip."""
@@ -166,11 +177,17 @@ def _opened_round(lips: Lips, opened: np.ndarray) -> np.ndarray:
     middle = np.full(COLUMN_COUNT, contact[0, 1])
     middle[CORNERS[0] + 1 : CORNERS[1]] = contact[LOWER_MIDDLE, 1]
     corner = contact[list(CORNERS), 1].mean() - CORNERS_FALL_M
-    ellipse = corner + (middle - corner) * np.sqrt(1 - across**2)
+    ellipse = corner + (middle - corner) * _parted(across, 1.0)
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
     moves[:, :, 0] = -CORNERS_IN_M * across
     moves[:, :, 1] = ellipse - contact[:, 1]
     return moves
+
+
+def _parted(across: np.ndarray, held: float) -> np.ndarray:
+    """(column,) how far a lip leaves the other: an ellipse that ends at `held` of the way to the
+    corners."""
+    return np.sqrt(np.clip(1 - (across / held) ** 2, 0, 1))
 
 
 def _round_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
@@ -301,7 +318,9 @@ def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
         + _smiling_cheeks(face),
         "mouthFrown": face.resealed(_frowning_lips(face))
         + face.off_the_lips(_beside(face, *FROWNED)),
-        "mouthStretch": face.resealed(apart * [1.5, 0.1, 0.9] + thin["mouthStretch"])
+        "mouthStretch": face.resealed(
+            apart * [1.5, 0.1, 0.9] + thin["mouthStretch"] + _sagged(face, STRETCHED_CORNER_M)
+        )
         + face.off_the_lips(_beside(face, *STRETCHED)),
         "mouthDimple": face.resealed(dimpled + thin["mouthDimple"])
         + face.off_the_lips(_beside(face, *DIMPLED)),
@@ -318,26 +337,56 @@ def _sided_shapes(face: NeutralFace) -> dict[str, np.ndarray]:
 def _upper_lip_up(face: NeutralFace) -> np.ndarray:
     """The upper lip rises in an arc and keeps its bow; corners and lower lip stay."""
     upper = np.r_[0 : CORNERS[0], CORNERS[1] + 1 : COLUMN_COUNT]
-    arc = 1 - np.abs(face.lips.across[upper]) ** UPPER_ARC
+    arc = _parted(face.lips.across[upper], HELD_RAISED)
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
-    moves[:, upper, 1] = UPPER_UP_M * FOLLOW[:, None] * arc
+    share = RAISED_FULL + (1 - RAISED_FULL) * (FOLLOW - FOLLOW[0]) / (1 - FOLLOW[0])
+    moves[:, upper, 1] = UPPER_UP_M * share[:, None] * arc
     moves[:, upper, 2] = -UPPER_BACK_M * ((1 - FOLLOW) / (1 - FOLLOW[0]))[:, None] * arc
     moves[CONTACT_RING:, :, 2] = 0
     return face.lips.field(moves) + face.off_the_lips(_beside(face, *SIDES_UP))
 
 
+def _sagging(lips: Lips, corner_m: float) -> np.ndarray:
+    """(column,) m: how both lips rise (less than 0) where their corners come down so far."""
+    return -corner_m * np.abs(lips.across) ** SAG
+
+
+def _sagged(face: NeutralFace, corner_m: float) -> np.ndarray:
+    """The skin's displacement by lips whose corners come down."""
+    moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
+    moves[:, :, 1] = _sagging(face.lips, corner_m)
+    return face.lips.field(moves)
+
+
 def _lower_half(face: NeutralFace, displacement: np.ndarray) -> np.ndarray:
-    """What a displacement does to the lower lip and below; the upper lip stays."""
+    """What a displacement does to the lower lip and below; the upper lip stays.
+
+    The skin under the lip comes down with it: MakeHuman's lip is thinned to two thirds, people's
+    are as full as before.
+    """
     lips = face.lips
     contact = face.skin[lips.rings[CONTACT_RING]]
     line = np.interp(np.abs(face.skin[:, 0]), np.abs(contact[:13, 0]), contact[:13, 1])
-    below = smoothstep(np.clip((line - face.skin[:, 1]) / BELOW_M, 0, 1))
+    depth = line - face.skin[:, 1]
+    below = smoothstep(np.clip(depth / BELOW_M, 0, 1))
     beside = np.abs(face.skin[:, 0]) - np.abs(contact[:, 0]).max()
     near = 1 - smoothstep(np.clip(beside / BESIDE_M, 0, 1))
+    border, middle = lips.rings[0], lips.rings[CONTACT_RING, LOWER_MIDDLE]
+    more = LOWERED_FULL * displacement[middle, 1] / displacement[border[LOWER_MIDDLE], 1] - 1
+    chin = depth - depth[border[LOWER_MIDDLE]]
+    drawn = 1 + more * np.exp(-((np.maximum(chin, 0) / DRAWN_M) ** 2))
     kept = displacement * (below * near)[:, None]
+    kept[:, 1] *= drawn
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
     lower = np.arange(CORNERS[0] + 1, CORNERS[1])
     moves[:, lower] = displacement[lips.rings[:, lower]]
+    fall = moves[CONTACT_RING, LOWER_MIDDLE, 1]
+    arc = fall * _parted(lips.across[lower], HELD_LOWERED)
+    # The border of the red keeps its curve: it would else have a shoulder beside the corners.
+    follow = np.clip(np.arange(RING_COUNT) / CONTACT_RING, 0, 1)[:, None]
+    border_fall = (1 + more) * moves[0, lower, 1]
+    moves[:, lower, 1] = border_fall + follow * (arc - border_fall)
+    moves[:, :, 1] += _sagging(lips, LOWERED_CORNER_M)
     return kept + lips.field(moves - kept[lips.rings])
 
 
@@ -355,14 +404,17 @@ def _labiodental(face: NeutralFace) -> np.ndarray:
     rolled = offset * (np.array([1, *ROLLED]) - 1) * reach(lips, *ROLLED_REACH)[:, None]
     moves = np.zeros((RING_COUNT, COLUMN_COUNT, 3))
     upper_follow = np.array([0.55, 0.66, 0.78, 0.90, 1, 1, 1, 1, 0.95, 0.8])
-    lower_follow = np.array([1, 1, 1, 1, 1, 1, 1, 1, 0.95, 0.75])
+    lower_up = np.array([1, 1, 1, 1, 1, 1, 1, 1, 0.95, 0.75])
+    # The edge goes back to the teeth; the border of the red stands where it stood.
+    lower_back = np.array([0.15, 0.25, 0.4, 0.6, 0.75, 0.9, 1, 1, 0.95, 0.75])
+    lower_follow = np.stack([lower_up, lower_up, lower_back], axis=1)
     lower, upper = np.arange(13, 26), np.r_[0:12, 27:38]
     middle_vertex = lips.rings[CONTACT_RING, 19]
     drop = LABIODENTAL_JAW * _jaw_open(face)[face.skin_slice][middle_vertex]
     contact = face.skin[middle_vertex] + drop
     goal = np.array([0, edge - contact[1], front - contact[2]])
     bitten = reach(lips, *BITTEN_REACH)[lower][:, None]
-    moves[:, lower] = rolled[:, lower] + lower_follow[:, None, None] * goal * bitten
+    moves[:, lower] = rolled[:, lower] + lower_follow[:, None] * goal * bitten
     lift = np.array([0, LABIODENTAL_LIFT_M, 0.0006])
     lifted = reach(lips, *LIFTED_REACH)[upper][:, None]
     moves[:, upper] = upper_follow[:, None, None] * lift * lifted

@@ -22,8 +22,8 @@ SCLERA, IRIS, IRIS_RIM, PUPIL = (
     (0.20, 0.14, 0.09),
     (0.02,) * 3,
 )
-TOOTH, TOOTH_ROOT = (0.875, 0.845, 0.78), (0.76, 0.665, 0.555)
-BITING, BITING_FROM = (0.775, 0.765, 0.735), 0.80
+TOOTH, TOOTH_ROOT = (0.815, 0.775, 0.70), (0.71, 0.615, 0.505)
+BITING, BITING_FROM = (0.71, 0.695, 0.66), 0.80
 """The edge of an incisor lets light through, from this share of its height."""
 GAP, GAP_SHARE = (0.42, 0.26, 0.19), 0.70
 IVORY = {"upper": np.ones(3), "lower": np.array([1.0, 0.985, 0.955])}

@@ -15,9 +15,9 @@ EAR, EAR_OPEN = 0.10, 1.2  # folds of an ear are small and read by their shade a
 LINING, THROAT, TONGUE, LINING_M = 0.64, 0.26, 0.22, 0.052
 CORNER_FROM, CORNER = 0.66, 0.62  # from where to a corner the line of the lips fades, and how much
 FOLD_M, FOLD = 0.006, 0.20  # the soft fold that it ends in: how far round it is shade, how much
-BACK_TEETH = {"upper": 0.30, "lower": 0.26}  # what light reaches the last of them
+BACK_TEETH = {"upper": 0.30, "lower": 0.48}  # what light reaches the last of them
 GUM_LIGHT, GUM_FALL = 0.75, 1.3  # in front, over the bounce, and how it falls with depth
-LIP_SHADE = 0.66  # what lips leave of the light on the teeth at the gum
+LIP_SHADE = 0.50  # what lips leave of the light on the teeth at the gum
 
 
 def occlusion(
@@ -81,9 +81,9 @@ def shading(face, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarr
     forward = (tongue[:, 2] - tongue[:, 2].min()) / np.ptp(tongue[:, 2])
     groove = np.clip(np.abs(tongue[:, 0]) / 0.004, 0, 1)  # a shallow fold along the middle
     light[slices["tongue"]] = TONGUE + 0.55 * forward**2.2 * (0.70 + 0.30 * groove)
-    for jaw, brightest in (("upper", 0.86), ("lower", 0.82)):
+    for jaw, brightest in (("upper", 0.68), ("lower", 0.95)):
         teeth = slices[f"teeth_{jaw}"]
-        from_gum = np.clip(2 * face.assembly.jaws[f"teeth_{jaw}"].shade, 0, 1)
+        from_gum = np.clip(1.2 * face.assembly.jaws[f"teeth_{jaw}"].shade, 0, 1)
         near_gum = LIP_SHADE + (1 - LIP_SHADE) * from_gum
         last = BACK_TEETH[jaw]
         lit = last + (1 - last) * (1 - depth[teeth]) ** 1.3

@@ -25,9 +25,11 @@ def ribbons(
     index, weights : (n, m) or (n, k, m) arrays
         Mixtures of skin that whole ribbons or single pairs hang on.
     skin : (vertex, 3) array
+        Vertices of the skin, m.
     uv : (n, k, 2, 2) array
         Of both edges.
     shade : (n, k) array
+        Light that reaches each pair, 0..1.
     """
     n, k, _ = paths.shape
     points = np.stack([paths - across, paths + across], 2).reshape(-1, 3)

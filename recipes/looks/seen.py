@@ -68,6 +68,7 @@ def without_hidden(cards: Cards, picture: np.ndarray, skin: Skin) -> Cards:
     Parameters
     ----------
     cards : Cards
+        All hair.
     picture : (side, side, 4) array
         0..1; its alpha says where strands are.
     skin : Skin

@@ -3,80 +3,102 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain
+from dataclasses import dataclass
 
 import numpy as np
 
 from elocute.array_types import Float64Array
+from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.phones_and_visemes import SILENCE
-from elocute.encoders.trunk import AHEAD
 from elocute.head.builtin import load_builtin_head
+from elocute.models.feature_extraction import extract_features
+from elocute.models.talkers import TalkersModel
 from elocute.motion.curves import Curves, motion_from_curves
 from elocute.motion.mouth_measures import TRACKED_RESTING, measure_as_tracked
-from recipes.trunk.judging import answers
-from recipes.trunk.mouths import FIELDS, ROW_RATE, MouthClip, TalkerMouth
-from recipes.trunk.network import Trunk
+from recipes.trunk.mouths import FIELDS, ROW_RATE, MouthClip
 
-QUANTILES = (2, 10, 25, 50, 75, 90, 98, 99.5)
-REST_ROWS = 15  # of rest that a clip must have to tell what speech differs from
-SPEECH_ROWS = 15
-PEAKS = 1.12  # of openings beyond the median, which a network that is unsure makes too small
+ROWS_LEAST = 15  # of speech that a clip must have, and of rest to tell what speech differs from
+
+
+@dataclass(frozen=True, eq=False)
+class Spoken:
+    """Rows of a clip in which somebody speaks.
+
+    Attributes
+    ----------
+    predicted : (row, field) float64
+        The network's measures, in deviations.
+    tracked : (row, field) float64
+        The person's, in distances of the outer eye corners.
+    moved : (field,) float64
+        The mean of how far the person's are from rest; NaN where the clip has none.
+    """
+
+    predicted: Float64Array
+    tracked: Float64Array
+    moved: Float64Array
 
 
 def calibrate(
-    trunk: Trunk, sources: Sequence[Sequence[MouthClip]], talkers: Sequence[TalkerMouth]
-) -> dict[str, list]:
-    """`middle_mm`, `spread_mm` and `opening_map` of `elocute.models.talkers`.
+    model: TalkersModel, strangers: Sequence[MouthClip], everybody: Sequence[Sequence[MouthClip]]
+) -> dict[str, list[float]]:
+    """`middle_mm` and `spread_mm` of `elocute.models.talkers`.
 
-    A network that is unsure moves less than people do, and it is surer of some than of others.
-    Each measure is widened by how much more people move in their clips, the geometric mean over
-    the sources of clips; it lies as far from rest as people's do, the mean over them. The opening
-    is given the distribution of the middle of people, quantile by quantile.
+    strangers: clips of people from whom the network did not learn; everybody: of whom it did, by
+    source, those whom it hears best last. A network that is unsure moves less than people do, and
+    it is surer of some than of others. Each measure is widened by how much more people move, the
+    geometric mean over strangers and those heard best; it lies as far from rest as theirs do, the
+    mean over both. An opening is widened for those heard best alone, or it would be too wide for
+    them, and is at the median what people's are, the mean over the sources of everybody.
     """
     head = load_builtin_head()
     eyes_mm = 1000 * head.eye_distance_m
     still = Curves(np.zeros((1, 1), np.float32), ("jawOpen",), 1.0)
     rest = measure_as_tracked(motion_from_curves(head, still)).values[0]
-    spoken = [_spoken(trunk, clips) for clips in sources]
-    told_means = [np.mean([each.mean(axis=0) for each, *_ in clips], axis=0) for clips in spoken]
-    moved = [np.nanmean([clip[2] for clip in clips], axis=0) * eyes_mm for clips in spoken]
-    wider = [_deviation(1, clips) * eyes_mm / _deviation(0, clips) for clips in spoken]
+    heard = [[one for clip in clips if (one := _spoken(model, clip))] for clips in everybody]
+    spoken = [[one for clip in strangers if (one := _spoken(model, clip))], heard[-1]]
+    means = [np.mean([one.predicted.mean(axis=0) for one in clips], axis=0) for clips in spoken]
+    moved = [np.nanmean([one.moved for one in clips], axis=0) * eyes_mm for clips in spoken]
+    wider = [
+        _deviation([one.tracked for one in clips])
+        * eyes_mm
+        / _deviation([one.predicted for one in clips])
+        for clips in spoken
+    ]
     spread = np.exp(np.mean(np.log(wider), axis=0))
-    middle = rest + np.mean(moved, axis=0) - spread * np.mean(told_means, axis=0)
-    told, deviations = (np.concatenate([c[k][:, 0] for c in chain(*spoken)]) for k in (0, 3))
-    knots = np.percentile(told, QUANTILES)
-    mean, deviation = np.median([(one.mean[0], one.deviation[0]) for one in talkers], axis=0)
-    gaps = mean + deviation * np.percentile(deviations, QUANTILES)
-    values = eyes_mm * (gaps - TRACKED_RESTING)
-    median = values[QUANTILES.index(50)]
-    values += (PEAKS - 1) * np.maximum(values - median, 0)
+    middle = rest + np.mean(moved, axis=0) - spread * np.mean(means, axis=0)
+    openings = [
+        np.concatenate([(one.predicted[:, 0], one.tracked[:, 0]) for one in clips], axis=1)
+        for clips in heard
+    ]
+    predicted, seen = openings[-1]
+    spread[0] = eyes_mm * seen.std() / predicted.std()
+    medians_mm = [np.median(each, axis=1) * (1, eyes_mm) for each in openings]
+    middle[0] = np.mean([there - spread[0] * told for told, there in medians_mm])
+    middle[0] -= eyes_mm * TRACKED_RESTING
     return {
         "middle_mm": np.round(middle, 3).tolist(),
         "spread_mm": np.round(spread, 3).tolist(),
-        "opening_map": np.round([knots, np.maximum.accumulate(values)], 4).tolist(),
     }
 
 
-def _deviation(k: int, clips: Sequence[tuple[Float64Array, ...]]) -> Float64Array:
+def _deviation(rows: Sequence[Float64Array]) -> Float64Array:
     """(field,) root mean square of what differs from each clip's mean."""
-    apart = np.concatenate([clip[k] - clip[k].mean(axis=0) for clip in clips])
-    return apart.std(axis=0)
+    return np.concatenate([each - each.mean(axis=0) for each in rows]).std(axis=0)
 
 
-def _spoken(trunk: Trunk, clips: Sequence[MouthClip]) -> list[tuple[Float64Array, ...]]:
-    """Of the rows in which somebody speaks, clip by clip: the network's measures, the person's,
-    the mean of how far the person's are from rest (NaN where the clip has none), and the person's
-    in deviations."""
-    found = []
-    for clip in clips:
-        mouth, phones = answers(trunk, clip.samples, AHEAD)
-        silence = np.exp(phones[:, SILENCE])
-        inside, resting = clip.known & (silence < 0.5), clip.known & (silence > 0.9)
-        if inside.sum() < SPEECH_ROWS:
-            continue
-        times = np.arange(len(silence)) / ROW_RATE
-        rows = np.stack([np.interp(times, clip.times_s, each) for each in clip.tracked.T], axis=1)
-        rest = np.median(rows[resting], axis=0) if resting.sum() >= REST_ROWS else np.nan
-        told = mouth[inside, : len(FIELDS)].astype(np.float64)
-        found.append((told, rows[inside], (rows[inside] - rest).mean(axis=0), clip.targets[inside]))
-    return found
+def _spoken(model: TalkersModel, clip: MouthClip) -> Spoken | None:
+    """What was said and seen of a clip; None where that is little."""
+    speech, _ = extract_features(model, Waveform(clip.samples, SPEECH_RATE))
+    assert speech.phones is not None
+    silence = np.exp(speech.phones.values[:, SILENCE])
+    times = np.arange(len(silence)) / ROW_RATE
+    known = (times >= clip.times_s[0]) & (times <= clip.times_s[-1])
+    inside, resting = known & (silence < 0.5), known & (silence > 0.9)
+    if inside.sum() < ROWS_LEAST:
+        return None
+    seen = np.stack([np.interp(times, clip.times_s, each) for each in clip.tracked.T], axis=1)
+    enough = resting.sum() >= ROWS_LEAST
+    rest = np.median(seen[resting], axis=0) if enough else np.full(len(FIELDS), np.nan)
+    predicted = speech.features.values[: len(times)][inside, : len(FIELDS)].astype(np.float64)
+    return Spoken(predicted, seen[inside], (seen[inside] - rest).mean(axis=0))

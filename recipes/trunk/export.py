@@ -172,6 +172,7 @@ def scales(trunk: Trunk, sounds: Iterable[Tensor]) -> dict[str, float]:
     for bands in sounds:
         hidden, last = trunk.rows(bands, AHEAD)
         trunk.told(hidden, last)
+        trunk.told(hidden, last, live=True)
         trunk.phones(last)
     for hook in hooks:
         hook.remove()
@@ -199,9 +200,11 @@ def export(trunk: Trunk, path: Path, record: dict[str, Any], most: dict[str, flo
     ]
     both = graph.add("Concat", *waited, axis=1)
     mouth, kept["mouth_new"] = _head(graph, trunk.mouth, both, "mouth")
+    newest = graph.add("Concat", hidden, rows, axis=1)
+    live, kept["live_mouth_new"] = _head(graph, trunk.live_mouth, newest, "live_mouth")
     told, kept["phones_new"] = _head(graph, trunk.phones, rows, "phones")
     phones = graph.add("LogSoftmax", told, axis=-1)
-    outputs = {"hidden": hidden, "mouth": mouth, "phones": phones, **kept}
+    outputs = {"hidden": hidden, "mouth": mouth, "live_mouth": live, "phones": phones, **kept}
     for name, made in outputs.items():
         graph.nodes.append(helper.make_node("Identity", [made], [name]))
 
@@ -219,6 +222,7 @@ def export(trunk: Trunk, path: Path, record: dict[str, Any], most: dict[str, flo
         declared("hidden_before", width),
         declared("last_before", width),
         declared("mouth_before", config.mouth_channels),
+        declared("live_mouth_before", config.live_channels),
         declared("phones_before", config.phone_channels),
     ]
     model = helper.make_model(
@@ -239,6 +243,8 @@ def export(trunk: Trunk, path: Path, record: dict[str, Any], most: dict[str, flo
         "history": config.history,
         "period": config.period,
         "mouth_ahead": config.mouth_ahead,
+        "live_late": config.live_late,
+        "live_channels": config.live_channels,
         "mouth_channels": config.mouth_channels,
         "phone_channels": config.phone_channels,
         "reach": trunk.mouth.reach,

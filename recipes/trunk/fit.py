@@ -18,7 +18,7 @@ from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from recipes.encoder.mixing import LIPS, Mixer
 from recipes.encoder.store import UNKNOWN, VOICED
 from recipes.trunk.mouths import FIELDS, MouthBatches
-from recipes.trunk.network import CONTEXT, Trunk, TrunkConfig, position_rows, weakened
+from recipes.trunk.network import CONTEXT, LIVE_AHEAD, Trunk, TrunkConfig, position_rows, weakened
 from recipes.trunk.spectrum import BatchLogMel
 from recipes.trunk.whisper import load_whisper
 
@@ -196,7 +196,9 @@ def fit(
                 whole, _ = teacher.rows(bands, None, draw.randrange(WHISPER_ROWS - ROWS))
         # The mouth reads the last layer as the phones make it.
         told = trunk.told(
-            weakened(rows[: settings.mouths], settings.mouth_pull), last[: settings.mouths].detach()
+            weakened(rows[: settings.mouths], settings.mouth_pull),
+            last[: settings.mouths].detach(),
+            live=ahead == LIVE_AHEAD,
         )
         heard = trunk.phones(last[settings.mouths :])
         lips_loss = mouth_loss(

@@ -11,7 +11,7 @@ from elocute.array_types import Float32Array
 from elocute.numerics.correlation import pearson
 from recipes.encoder import evaluate
 from recipes.trunk.mouths import FIELDS, ROW_RATE, ROW_SAMPLES, MouthClip, by_talker
-from recipes.trunk.network import CONTEXT, Trunk
+from recipes.trunk.network import CONTEXT, LIVE_AHEAD, Trunk
 from recipes.trunk.spectrum import BatchLogMel
 
 LAGS_S = np.arange(-0.12, 0.121, 0.02)
@@ -26,7 +26,8 @@ def answers(trunk: Trunk, samples: Float32Array, ahead: int) -> tuple[Float32Arr
     with torch.autocast("cpu", torch.bfloat16):
         mouth, last = trunk.rows(FRONT_END(waves, CONTEXT), ahead)
     phones = torch.log_softmax(trunk.phones(last), -1)
-    return trunk.told(mouth, last)[0].numpy(), phones[0].numpy()
+    told = trunk.told(mouth, last, live=ahead == LIVE_AHEAD)
+    return told[0].numpy(), phones[0].numpy()
 
 
 def mouth_correlations(

@@ -3,8 +3,8 @@
 Few people's mouths were tracked with their sound. The published encoder, which hears the whole of
 a sound, follows strangers better than the trunk does. So small heads that look both ways are
 taught on the tracked mouths, through three layers of it; what they tell of many readers is a third
-source of mouths for the trunk's own head. Every row is made once and kept, and the trunk stays as
-it is but for that head.
+source of mouths for the trunk's own heads, that of files and that of live streams. Every row is
+made once and kept, and the trunk stays as it is but for those heads.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from elocute.array_types import Float32Array, Float64Array
 from recipes.encoder.augment import Augmenter
 from recipes.trunk.fit import FitSettings, mouth_loss, published
 from recipes.trunk.mouths import FIELDS, ROW_SAMPLES, MouthClip
-from recipes.trunk.network import CONTEXT, Trunk, TrunkConfig
+from recipes.trunk.network import CONTEXT, LIVE_AHEAD, Trunk, TrunkConfig
 from recipes.trunk.spectrum import BatchLogMel
 
 LAYERS = (2, 3, 4)  # of the published encoder
@@ -34,6 +34,7 @@ RATE, DECAY, WARM, EMA = 2e-3, 2e-2, 0.15, 0.995
 PIECE_ROWS, SHARED_ROWS = 1300, 50  # what the encoder hears at once, less the sound around it
 REST_ROWS = 10
 AHEADS, ANY_AHEAD = (4, 2, 25), (2, 2, 4, 4, 4, 25)
+LIVE_AHEADS = (LIVE_AHEAD,)
 AUGMENTED_MOST = 50 * 16_000  # samples
 
 RowsF16 = NDArray[np.float16]
@@ -202,29 +203,38 @@ class Voice:
 
 
 class MouthLesson:
-    """What the trunk's head is taught from: people who were filmed, and voices."""
+    """What a head of the trunk is taught from: people who were filmed, and voices.
 
-    def __init__(self, trunk: Trunk, teacher: Teacher, augment: Augmenter, seed: int) -> None:
-        self._trunk, self._teacher, self._augment = trunk.eval(), teacher, augment
+    `clean` has the rows that a layer sees ahead in clean sound; elsewhere they are one of `mixed`.
+    """
+
+    def __init__(
+        self,
+        trunk: Trunk,
+        augment: Augmenter,
+        seed: int,
+        clean: Sequence[int],
+        mixed: Sequence[int],
+    ) -> None:
+        self._trunk, self._augment = trunk.eval(), augment
+        self._clean, self._mixed = clean, mixed
         self._layers = (trunk.config.mouth_layer, trunk.config.layers)
         self._front_end = BatchLogMel(seed)
         self._chance = np.random.default_rng(seed)
 
-    def filmed(self, clips: Sequence[MouthClip]) -> tuple[list[HeardMouth], list[HeardMouth]]:
-        """As the teacher hears them, and as the trunk does: clean at each look-ahead, and not."""
-        theirs, ours = [], []
+    def filmed(self, clips: Sequence[MouthClip]) -> list[HeardMouth]:
+        """As the trunk hears them: clean at each look-ahead, and not."""
+        ours = []
         for clip in clips:
-            theirs.append(HeardMouth((self._teacher.hear(clip.samples),), clip.targets, clip.known))
-            versions = [self._hear(clip.samples, ahead) for ahead in AHEADS]
+            versions = [self._hear(clip.samples, ahead) for ahead in self._clean]
             versions.append(self._hear_augmented(clip.samples, clips))
             ours.append(HeardMouth(tuple(versions), clip.targets, clip.known))
-        return theirs, ours
+        return ours
 
-    def voiced(self, voices: Sequence[Voice]) -> list[HeardMouth]:
+    def voiced(self, voices: Sequence[Voice], told: Sequence[Float32Array]) -> list[HeardMouth]:
         """With the teacher's mouths; every other is augmented for the trunk."""
         found = []
-        for number, voice in enumerate(voices):
-            targets = self._teacher.tell(self._teacher.hear(voice.samples))
+        for number, (voice, targets) in enumerate(zip(voices, told, strict=True)):
             if number % 2 and len(voice.samples) < AUGMENTED_MOST:
                 heard = self._hear_augmented(voice.samples, voices)
             else:
@@ -233,7 +243,7 @@ class MouthLesson:
         return found
 
     def _any_ahead(self) -> int:
-        return int(self._chance.choice(ANY_AHEAD))
+        return int(self._chance.choice(self._mixed))
 
     def _hear(self, samples: Float32Array, ahead: int, augment: bool = False) -> RowsF16:
         return hear(self._trunk, self._front_end, samples, ahead, self._layers, augment=augment)
@@ -264,20 +274,25 @@ def teach_mouth(
     augment: Augmenter,
     seed: int,
 ) -> None:
-    """Give a trunk another head for the mouth; its layers and its phones stay as they are."""
+    """Give a trunk other heads for the mouth; its layers and its phones stay as they are."""
     teacher = Teacher(whisper)
-    lesson = MouthLesson(trunk, teacher, augment, seed)
-    their_words, our_words = lesson.filmed(words)
-    their_sentences, our_sentences = lesson.filmed(sentences)
-    teacher.learn([Source(their_words, 22, 64, 0.7), Source(their_sentences, 10, 150, 0.3)], seed)
-    sources = [
-        Source(our_words, 20, 64, 0.625),
-        Source(our_sentences, 8, 150, 0.25),
-        Source(lesson.voiced(voices), 12, 200, 1.0, spread_over_speakers(voices)),
+    filmed = [
+        [HeardMouth((teacher.hear(clip.samples),), clip.targets, clip.known) for clip in clips]
+        for clips in (words, sentences)
     ]
-    width = trunk.config.width
+    teacher.learn([Source(filmed[0], 22, 64, 0.7), Source(filmed[1], 10, 150, 0.3)], seed)
+    told = [teacher.tell(teacher.hear(voice.samples)) for voice in voices]
+    often, width = spread_over_speakers(voices), trunk.config.width
+    for head, live in ((trunk.mouth, False), (trunk.live_mouth, True)):
+        clean, mixed = (LIVE_AHEADS, LIVE_AHEADS) if live else (AHEADS, ANY_AHEAD)
+        lesson = MouthLesson(trunk, augment, seed, clean, mixed)
+        sources = [
+            Source(lesson.filmed(words), 20, 64, 0.625),
+            Source(lesson.filmed(sentences), 8, 150, 0.25),
+            Source(lesson.voiced(voices, told), 12, 200, 1.0, often),
+        ]
 
-    def told(rows: Tensor) -> Tensor:
-        return trunk.told(rows[..., :width], rows[..., width:])
+        def answer(rows: Tensor, live: bool = live) -> Tensor:
+            return trunk.told(rows[..., :width], rows[..., width:], live=live)
 
-    teach(trunk.mouth, told, sources, STEPS, seed)
+        teach(head, answer, sources, STEPS, seed)

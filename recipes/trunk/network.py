@@ -19,6 +19,7 @@ from elocute.array_types import Float32Array
 
 CONTEXT = 2  # frames of 10 ms that a row sees on both sides, before any attention
 FAR = -1e4  # score of what is not attended to
+LIVE_AHEAD = 1  # rows that a layer sees ahead where a mouth is wanted soon
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ class TrunkConfig:
     mouth: int = 7  # six measures, and whether the lips are shut
     mouth_channels: int = 96
     mouth_ahead: int = 4  # rows of the mouth's layer that its head sees ahead
+    live_channels: int = 64
+    live_late: int = 5  # rows by which a mouth is late whose layers see one row ahead each
     phones: int = 40
     phone_channels: int = 192
 
@@ -118,21 +121,32 @@ class Trunk(nn.Module):
         self.mouth = CausalHead(
             2 * config.width, config.mouth_channels, config.mouth, (1, 2, 4), dropout=0.15
         )
+        self.live_mouth = CausalHead(
+            2 * config.width, config.live_channels, config.mouth, (1, 2, 4), dropout=0.15
+        )
         self.phones = CausalHead(
             config.width, config.phone_channels, config.phones, (1, 2, 4), dropout=0.05
         )
         positions = torch.from_numpy(position_rows(config.period, config.width))
         self.register_buffer("positions", positions, persistent=False)
 
-    def told(self, rows: Tensor, last: Tensor) -> Tensor:
+    def told(self, rows: Tensor, last: Tensor, *, live: bool = False) -> Tensor:
         """What `rows` returns, both (batch, row, width), to (batch, row, 7) of the mouth.
 
-        Nothing is before the first row and after the last.
+        Nothing is before the first row and after the last. A `live` mouth is of rows that saw
+        `LIVE_AHEAD` rows ahead a layer.
         """
-        ahead = self.config.mouth_ahead
-        later = functional.pad(rows, (0, 0, 0, ahead))
-        now = functional.pad(last, (0, 0, ahead, 0))
-        return self.mouth(torch.cat([later, now], dim=-1))[:, ahead:]
+        config, aheads, head = self.config, (self.config.mouth_ahead, 0), self.mouth
+        if live:
+            layers = (config.mouth_layer, config.layers)
+            aheads = tuple(config.live_late - LIVE_AHEAD * number for number in layers)
+            head = self.live_mouth
+        most = max(aheads)
+        read = [
+            functional.pad(part, (0, 0, most - ahead, ahead))
+            for part, ahead in zip((rows, last), aheads, strict=True)
+        ]
+        return head(torch.cat(read, dim=-1))[:, most:]
 
     def rows(
         self, bands: Tensor, ahead: int | None, first: int = 0, phones_pull: float = 1.0

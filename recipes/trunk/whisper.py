@@ -51,7 +51,8 @@ def load_whisper(trunk: Trunk, path: Path) -> str:
     if path.is_dir():
         path = path / "model.bin"
     state = _openai_state(path) if path.suffix == ".pt" else _ctranslate2_state(path)
-    wanted = [name for name in trunk.state_dict() if not name.startswith(("mouth.", "phones."))]
+    heads = ("mouth.", "live_mouth.", "phones.")
+    wanted = [name for name in trunk.state_dict() if not name.startswith(heads)]
     missing = [name for name in wanted if name not in state]
     if missing:
         raise SystemExit(f"{path}: no {missing[0]}; allowed: a Whisper of the trunk's width")

@@ -1,4 +1,8 @@
-"""Recordings of single words as WORD/{train,val,test}/SPEAKER__TAKE.wav."""
+"""Recordings of single words as WORD/{train,val,test}/SPEAKER__TAKE.wav.
+
+Rests are left around a word, and SPEAKER__TAKE.txt says how long the word in the middle is, as in
+LRW: words of recordings are cut as those of the captured readings are.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +17,9 @@ from recipes.encoder.augment import stretch
 from recipes.encoder.natural import EnglishAligner, list_recordings, read, split_of
 from recipes.encoder.store import RATE
 from recipes.encoder.synthesise import Phones
-from recipes.words.voices import PARTS, Voices, speaker_name, varied
+from recipes.words.readings import REST_S
+from recipes.words.voices import PARTS, Voices, speaker_name, varied, with_floor
 
-MARGIN_S = 0.06
 SHORTEST_S, LONGEST_S = 0.15, 1.5  # of a natural word worth keeping
 NATURAL_PARTS = {"train": "train", "test": "test"}
 
@@ -49,7 +53,7 @@ def speak_takes(
                     path = folder / word / part / f"{speaker_name(engine, voice)}__0.wav"
                     if spoken is not None:
                         spoken[path.relative_to(folder.parent).as_posix()] = take[1]
-                    yield _written(path, take[0])
+                    yield _written(path, *take)
 
 
 def _take(
@@ -66,12 +70,10 @@ def _take(
         return None
     count = int(len(samples) / rate)
     played, _ = stretch(samples, np.zeros(1, np.uint8), rate)
-    rest = np.zeros(round(MARGIN_S * RATE), np.float32)
-    clean = np.concatenate([rest, played[:count], rest])
-    level = np.sqrt(np.mean(samples**2)) * 10 ** (-noise_db / 20)
+    rest = np.zeros(round(REST_S * RATE), np.float32)
     draw = np.random.default_rng([ord(c) for c in f"{seed} {engine} {voice} {word}"])
-    times = [(a / rate + MARGIN_S, b / rate + MARGIN_S, phone) for a, b, phone in phones]
-    return (clean + draw.normal(0, level, len(clean))).astype(np.float32), times
+    times = [(a / rate + REST_S, b / rate + REST_S, phone) for a, b, phone in phones]
+    return with_floor([rest, played[:count], rest], [samples], noise_db, draw), times
 
 
 def cut_natural(data: Path, folder: Path, words: Sequence[str], limit: int) -> Iterator[Path]:
@@ -94,10 +96,12 @@ def cut_natural(data: Path, folder: Path, words: Sequence[str], limit: int) -> I
                 continue
             name = f"{_short(speaker)}__{_short(recording.path.stem)}-{place}.wav"
             part = NATURAL_PARTS[split_of(recording)]
-            first = max(0, round((word.start_s - MARGIN_S) * RATE))
-            last = round((word.end_s + MARGIN_S) * RATE)
+            # As much on both sides, so that the word is in the middle.
+            rest = min(REST_S, word.start_s, len(samples) / RATE - word.end_s)
+            first, last = word.start_s - rest, word.end_s + rest
+            cut = samples[round(first * RATE) : round(last * RATE)]
             taken += 1
-            yield _written(folder / word.text / part / name, samples[first:last])
+            yield _written(folder / word.text / part / name, cut, [(rest, last - first - rest, "")])
 
 
 def _short(text: str) -> str:
@@ -106,7 +110,10 @@ def _short(text: str) -> str:
     return plain[-40:].strip("-") or "x"
 
 
-def _written(path: Path, samples: np.ndarray) -> Path:
+def _written(path: Path, samples: np.ndarray, spoken: Phones) -> Path:
+    """The sound, and how long the word in its middle is."""
     path.parent.mkdir(parents=True, exist_ok=True)
     soundfile.write(path, np.clip(samples, -1, 1), RATE, subtype="PCM_16")
+    seconds = spoken[-1][1] - spoken[0][0]
+    path.with_suffix(".txt").write_text(f"Duration: {seconds:.4f} seconds\n", encoding="utf-8")
     return path

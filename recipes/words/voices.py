@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import random
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -100,6 +101,18 @@ def trimmed(samples: np.ndarray, phones: Phones) -> tuple[np.ndarray, Phones]:
     start, end = spoken[0][0], spoken[-1][1]
     shifted = [(a - start, b - start, phone) for a, b, phone in spoken]
     return samples[round(start * RATE) : round(end * RATE)].astype(np.float32), shifted
+
+
+def with_floor(
+    parts: Sequence[np.ndarray],
+    spoken: Sequence[np.ndarray],
+    noise_db: float,
+    noise: np.random.Generator,
+) -> np.ndarray:
+    """Parts of a sound after one another over noise so far below those that are spoken."""
+    clean = np.concatenate(parts)
+    level = np.sqrt(np.mean(np.concatenate(spoken) ** 2)) * 10 ** (-noise_db / 20)
+    return (clean + noise.normal(0, level, len(clean))).astype(np.float32)
 
 
 def varied(speaker: str, word: str, take: int, seed: int) -> tuple[float, int, float, float]:

@@ -57,7 +57,7 @@ from elocute.one_line_repr import brief
 from elocute.settings import taking
 from elocute.speech.known_speech import known_speech, transcribed_speech
 from elocute.speech.text.recogniser import Transcribe, recognise
-from elocute.speech.times.labels import Label
+from elocute.speech.times.labels import Label, PhoneRefiner
 from elocute.speech.times.read import SpeechTimes
 from elocute.styles_over_time import StyleAndMood, StylesOverTime, mixed_takes
 
@@ -146,7 +146,7 @@ def animate(
     channel: int | None = None,
     track: int | None = None,
     partial: bool = False,
-    phones: list[Label] | SpeechTimes | None = None,
+    phones: list[Label] | SpeechTimes | PhoneRefiner | None = None,
     text: str | None = None,
     transcribe: Transcribe = False,
     language: str = "auto",
@@ -170,10 +170,11 @@ def animate(
         The audio track to take of a file with several, from 0; the first otherwise.
     partial : bool
         Whether a file that was cut off is taken as far as it goes.
-    phones : list of (float, float, str) or SpeechTimes, optional
+    phones : list of (float, float, str), SpeechTimes or callable, optional
         Start in s, end in s and ARPAbet phone, where these are known; they replace the phones
         that the encoder recognises. Or what `elocute.speech.read_speech_times` read; times of words
-        alone are aligned with the sound.
+        alone are aligned with the sound. Or a function that takes the encoder's log-posteriors
+        (row, 40), 50 rows a second, and the duration in s, and gives better ones.
     text : str, optional
         What is said, where it is known: it is aligned with the sound, and lips close where its p, b
         and m are.
@@ -252,7 +253,7 @@ def animate(
     if known.phones is not None and chosen.encoder != "phones":
         known.tell(f"{chosen.name} takes {chosen.encoder}: phones move its contacts alone")
     if max(stirred, default=0.0) < STIRRED and not listen:
-        known.tell(_unheard(sound))
+        known.tell(UNHEARD)
     if rig.character is not None:
         known.notes.extend(rig.character.notes)
     return Animation(motion, curves, sound, tuple(known.notes), tuple(known.words))
@@ -277,19 +278,9 @@ def _parted(
     )
 
 
+UNHEARD = "no speech heard: the mouth stays as it is"
 STIRRED = 0.02
 """A mouth whose curves change less rests throughout."""
-
-
-def _unheard(sound: Path | Waveform) -> str:
-    """What to know where nothing was heard."""
-    from elocute.audio.read import probe_audio
-
-    notice = "no speech heard: the mouth stays as it is"
-    tracks = () if isinstance(sound, Waveform) else probe_audio(sound).tracks
-    if tracks:
-        notice += f"; it has {len(tracks)} audio tracks, of which `track` takes another"
-    return notice
 
 
 class _Listener:

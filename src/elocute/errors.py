@@ -36,9 +36,9 @@ class ElocuteError(Exception):
         super().__init__(*map(_in_one_line, told))
 
 
-def _in_one_line(told: object) -> object:
-    lines = told.splitlines() if isinstance(told, str) else []
-    return " ".join(line.strip() for line in lines if line.strip()) if len(lines) > 1 else told
+def _in_one_line(message: object) -> object:
+    lines = message.splitlines() if isinstance(message, str) else []
+    return " ".join(line.strip() for line in lines if line.strip()) if len(lines) > 1 else message
 
 
 class ElocuteWarning(UserWarning):
@@ -159,8 +159,8 @@ def lacks_memory(error: BaseException) -> bool:
     -------
     bool
     """
-    told = str(error).lower() if isinstance(error, ImportError | OSError) else ""
-    return isinstance(error, MemoryError) or any(words in told for words in NO_MEMORY)
+    message = str(error).lower() if isinstance(error, ImportError | OSError) else ""
+    return isinstance(error, MemoryError) or any(words in message for words in NO_MEMORY)
 
 
 @contextmanager

@@ -48,9 +48,9 @@ def lazy(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], li
         home = homes[name]
         if home == package:
             return importlib.import_module(f"{package}.{name}")
-        found = getattr(importlib.import_module(home), name)
-        setattr(module, name, found)
-        return found
+        value = getattr(importlib.import_module(home), name)
+        setattr(module, name, value)
+        return value
 
     return find, lambda: sorted([*homes, *version])
 

@@ -67,8 +67,8 @@ def _brief(value: Any, depth: int) -> str:
     if isinstance(value, tuple | list):
         return f"({', '.join(_cut(brief(part, depth - 1), 30) for part in value)})"
     if isinstance(value, dict):
-        told = (f"{brief(key)}: {brief(part, depth - 1)}" for key, part in value.items())
-        return "{" + ", ".join(_cut(each, 30) for each in told) + "}"
+        parts = (f"{brief(key)}: {brief(part, depth - 1)}" for key, part in value.items())
+        return "{" + ", ".join(_cut(each, 30) for each in parts) + "}"
     if is_dataclass(value) and not isinstance(value, type):
         return f"{type(value).__name__}(…)"
     return _cut(" ".join(repr(value).split()), 60)

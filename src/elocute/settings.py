@@ -105,6 +105,7 @@ def setting(
     return field(default=default, metadata={KEY: about})
 
 
+@lru_cache
 def settings_of(cls: type) -> list[tuple[Field[Any], Setting]]:
     """The fields of a settings dataclass that are settings, in their order."""
     return [(each, each.metadata[KEY]) for each in fields(cls) if KEY in each.metadata]
@@ -122,7 +123,7 @@ def types_of(cls: type) -> dict[str, tuple[Any, bool]]:
 
 
 def check_settings(
-    given: Any,
+    settings: Any,
     error: type[InputError] = InputError,
     about: str = "",
     *,
@@ -133,9 +134,9 @@ def check_settings(
     `about` says what the settings are of, where their names alone would not say it: "style". With
     `of`, a class that the dataclass inherits from, its settings alone are checked.
     """
-    cls = of or type(given)
+    cls = of or type(settings)
     for each, known in settings_of(cls):
-        value = getattr(given, each.name)
+        value = getattr(settings, each.name)
         kind, optional = types_of(cls)[each.name]
         if (value is None and optional) or _fits(value, kind, known):
             continue
@@ -152,10 +153,10 @@ def described(cls: Class) -> Class:
 
     Sections that its docstring has, such as Raises, follow the new one.
     """
-    found = settings_of(cls)
-    if cls.__doc__ is not None and found:  # python -OO has none
+    listed = settings_of(cls)
+    if cls.__doc__ is not None and listed:  # python -OO has none
         summary, *sections = _SECTION.split(inspect.cleandoc(cls.__doc__), maxsplit=1)
-        parameters = "\n".join(["Parameters", "----------", *(_entry(*each) for each in found)])
+        parameters = "\n".join(["Parameters", "----------", *(_entry(*each) for each in listed)])
         cls.__doc__ = "\n\n".join([summary.rstrip(), parameters, *sections]) + "\n"
     return cls
 

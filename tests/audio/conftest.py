@@ -21,9 +21,13 @@ def write_track(
     *,
     picture: str | None = None,
     start_s: float = 0.0,
+    gap: tuple[float, float] = (0.0, 0.0),
     options: dict[str, str] | None = None,
 ) -> Path:
-    """Write mono `samples`, with a picture track of the same length if wanted."""
+    """Write mono `samples`, with a picture track of the same length if wanted.
+
+    gap: from when on, s, packets come how much later, s.
+    """
     with av.open(str(path), "w", options=options or {}) as container:
         film = container.add_stream(picture, rate=25) if picture else None
         sound = container.add_stream(codec, rate=rate, layout="mono")
@@ -40,9 +44,12 @@ def write_track(
         packer = av.AudioResampler(
             context.format.name, "mono", rate, frame_size=context.frame_size or 1024
         )
-        for piece in [*packer.resample(frame), *packer.resample(None)]:
-            container.mux(sound.encode(piece))
-        container.mux(sound.encode(None))
+        for piece in [*packer.resample(frame), *packer.resample(None), None]:
+            for packet in sound.encode(piece):
+                assert packet.pts is not None and packet.time_base is not None
+                if packet.pts * packet.time_base >= gap[0]:
+                    packet.pts = packet.dts = packet.pts + int(gap[1] / packet.time_base)
+                container.mux(packet)
     return path
 
 

@@ -129,6 +129,9 @@ CUT = [
     ("a.ogg", None, None),
     ("a.aiff", None, None),
     ("a.w64", None, None),
+    ("a.caf", None, None),
+    ("a.au", None, None),
+    ("a.nist", None, None),
     ("a.m4a", "aac", {}),
     ("a.m4a", "aac", {"movflags": "faststart"}),
     ("a.opus", "libopus", {}),
@@ -154,6 +157,14 @@ def test_a_file_that_was_cut_off_is_refused(
     path.write_bytes(content[: int(len(content) * share)])
     assert "a whole file" in message_of(path)
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_chunk_longer_than_any_file_is_refused(tmp_path, speech):
+    soundfile.write(tmp_path / "a.caf", speech(16000), 16000)
+    content = bytearray((tmp_path / "a.caf").read_bytes())
+    content[content.index(b"desc") + 4] = 0x80  # the highest of the eight bytes of its size
+    (tmp_path / "a.caf").write_bytes(content)
+    assert "no sound that can be read" in message_of(tmp_path / "a.caf")
 
 
 def test_a_cut_off_rf64_file_is_refused(tmp_path, speech):

@@ -8,6 +8,7 @@ import soundfile
 import soxr
 
 from elocute.audio import open_audio, probe_audio, read_audio, resampled_blocks
+from elocute.errors import AudioError
 
 # name, codec, rate, picture, options
 CONTAINERS = [
@@ -67,6 +68,52 @@ def test_sound_that_starts_after_the_picture_keeps_its_place(
     lag, likeness = lag_and_likeness(read_audio(path).samples, original)
     assert lag / rate == pytest.approx(0.5, abs=0.002)
     assert likeness > 0.99
+    assert probe_audio(path).duration_s == pytest.approx(3.5, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("name", "codec"), [("a.mkv", "libopus"), ("a.webm", "libopus"), ("a.mp4", "aac")]
+)
+def test_sound_alone_begins_when_its_file_does(
+    tmp_path, speech, name, codec, encode, lag_and_likeness
+):
+    original = speech(48000)
+    path = encode(tmp_path / name, original, 48000, codec, start_s=1.0)
+    heard = read_audio(path).samples
+    lag, likeness = lag_and_likeness(heard, original)
+    assert abs(lag) / 48000 < 1 / 40 and likeness > 0.99
+    assert len(heard) / 48000 == pytest.approx(3.0, abs=0.04)
+    assert probe_audio(path).duration_s == pytest.approx(3.0, abs=0.04)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: 2 * len(whole) // 3])
+    with pytest.raises(AudioError, match="cut off"):
+        read_audio(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "codec"), [("a.mp4", "aac"), ("a.webm", "libopus"), ("a.ts", "aac")]
+)
+def test_sound_behind_a_gap_keeps_its_place(
+    tmp_path, speech, name, codec, encode, lag_and_likeness
+):
+    """Recorders of calls leave out packets that were lost or silent."""
+    original = speech(48000)
+    path = encode(tmp_path / name, original, 48000, codec, gap=(1.5, 0.75))
+    with open_audio(path) as stream:
+        heard = np.concatenate([*stream.blocks()])
+        assert stream.notes == ["of the sound 0.75 s are missing in between, and are silence"]
+    tail = original[round(1.6 * 48000) :]
+    lag, likeness = lag_and_likeness(heard[round(2.35 * 48000) :], tail)
+    assert abs(lag) / 48000 < 1 / 40
+    assert likeness > 0.98
+    assert len(heard) / 48000 == pytest.approx(3.75, abs=0.03)
+
+
+def test_mpeg_sound_in_a_wav(tmp_path, speech, encode, lag_and_likeness):
+    path = encode(tmp_path / "a.wav", speech(44100), 44100, "libmp3lame")
+    lag, likeness = lag_and_likeness(read_audio(path).samples, speech(44100))
+    assert 0 <= lag / 44100 < 1 / 30  # which its header cannot state
+    assert likeness > 0.98
 
 
 WIDTHS = {
@@ -104,6 +151,7 @@ def test_a_wav_of_any_width_gives_its_samples(tmp_path, speech, kind, subtype):
 @pytest.mark.parametrize(
     ("name", "subtype"),
     [
+        ("TIMIT.WAV", "NIST PCM_16"),
         ("a.flac", "PCM_S8"),
         ("a.flac", "PCM_16"),
         ("a.flac", "PCM_24"),
@@ -114,7 +162,8 @@ def test_a_wav_of_any_width_gives_its_samples(tmp_path, speech, kind, subtype):
 )
 def test_other_lossless_files_give_their_samples(tmp_path, speech, name, subtype):
     original = speech(22050)
-    soundfile.write(tmp_path / name, original, 22050, subtype=subtype)
+    *kind, subtype = subtype.split()
+    soundfile.write(tmp_path / name, original, 22050, subtype=subtype, format=(*kind, None)[0])
     width = 2 / 256 if subtype == "PCM_S8" else 2 / 2**16
     np.testing.assert_allclose(read_audio(tmp_path / name).samples, original, atol=width)
 

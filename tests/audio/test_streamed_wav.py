@@ -146,7 +146,11 @@ def two_tracks(tmp_path_factory):
 def test_of_several_tracks_one_is_chosen(two_tracks):
     tracks = probe_audio(two_tracks).tracks
     assert tracks == ("pcm_s16le, 16000 Hz, 1 channel", "pcm_s16le, 16000 Hz, 1 channel (deu)")
-    assert not samples(two_tracks)[0].any() and not samples(two_tracks, track=0)[0].any()
+    found, notes = samples(two_tracks)
+    assert not found.any()
+    assert notes == ["of 2 audio tracks the first is taken: `track` takes another"]
+    found, notes = samples(two_tracks, track=0)
+    assert not found.any() and not notes
     assert np.array_equal(samples(two_tracks, track=1)[0], TONE / np.float32(32768))
     for track in (2, -1, "1"):
         with pytest.raises(AudioError, match=r"no track .*; allowed: 0 to 1; `elocute info`"):
@@ -165,9 +169,10 @@ def test_files_behind_the_first_are_told(given):
     found, notes = samples(given(wav() * 3))
     assert np.array_equal(found, TONE / np.float32(32768))
     assert notes == [
-        "WAVE files behind the first, 2, are left out: join their sounds, not the files"
+        "WAVE parts behind the first, 2, are left out: join their sounds, not the files"
     ]
     assert samples(given(wav(chunk(b"LIST", b"INFO"))))[1] == []
+    assert samples(given(wav() + chunk(b"data", bytes(2000))))[1][0].startswith("WAVE parts behind")
 
 
 @pytest.mark.parametrize("kind", ["ogg", "mp3"])
@@ -195,7 +200,7 @@ def test_flac_files_behind_the_first_are_told(given, tmp_path):
     soundfile.write(tmp_path / "whole.flac", TONE, RATE)
     found, notes = samples(given((tmp_path / "whole.flac").read_bytes() * 2, "s.flac"))
     assert len(found) == RATE
-    assert notes[0].startswith("FLAC files behind the first, one or more, are left out")
+    assert notes[0].startswith("FLAC parts behind the first, one or more, are left out")
 
 
 def test_a_wav_whose_numbers_are_the_other_way_round(given, tmp_path):

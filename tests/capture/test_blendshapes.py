@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from unittest import mock
@@ -20,12 +17,12 @@ from elocute.capture.blendshapes.basis_comparison import (
 )
 from elocute.capture.blendshapes.blendshape_learning import BlendshapeConfig, learn_blendshapes
 from elocute.capture.blendshapes.components import localise_components, principal_directions
-from elocute.cli import main
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import CorpusError, InputError
 from elocute.head.builtin import load_builtin_head
 from elocute.head.looks import PEOPLE
 from elocute.motion.store import load_motion
+from tests.support.commands import run_here
 
 
 @pytest.fixture(scope="module")
@@ -140,15 +137,8 @@ def test_settings_out_of_range_are_refused(given: dict[str, float]) -> None:
 
 
 def run(*arguments: object) -> tuple[int, str, str]:
-    out, err = io.StringIO(), io.StringIO()
-    with (
-        mock.patch.object(sys, "argv", ["elocute", "blendshapes", *map(str, arguments)]),
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-        pytest.raises(SystemExit) as left,
-    ):
-        main()
-    return int(str(left.value.code or 0)), out.getvalue(), err.getvalue()
+    done = run_here("blendshapes", *arguments)
+    return done.returncode, done.stdout, done.stderr
 
 
 def test_commands_learn_compare_and_show(corpus: Corpus, tmp_path: Path) -> None:

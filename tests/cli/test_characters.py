@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from elocute.motion.curves import ARKIT_NAMES
+from tests.support import strange_heads
 from tests.support.gltf_files import OCULUS, arkit, glb, record
+from tests.support.strange_heads import UNLIT, painted
 
 
 @pytest.fixture
@@ -51,6 +56,22 @@ def test_animate_writes_into_the_users_file(cli, hero, speech_wav, tmp_path):
     assert hero.read_bytes() == glb(arkit())
 
 
+def test_a_take_is_seen_on_the_character_itself(cli, speech_wav, tmp_path):
+    shapes = strange_heads.arkit_shapes()
+    named = {name: shapes[name] for name in ("jawOpen", "mouthClose", "mouthPucker")}
+    hero = tmp_path / "hero.glb"
+    hero.write_bytes(painted((*strange_heads.face(), named), [0.1, 0.9, 0.1, 1], **UNLIT))
+    outputs = [tmp_path / f"take.{suffix}" for suffix in ("png", "mp4", "html")]
+    words = [word for each in outputs for word in ("-o", each)]
+    drawing = "--fps", 5, "--size", 64, "--backend", "embreex", "--quality", "fast"
+    cli("animate", speech_wav, "--head", hero, *drawing, *words)
+    assert all(map(Path.is_file, outputs))
+    with Image.open(outputs[0]) as sheet:
+        green = np.array(sheet.convert("RGB")).astype(int)
+    alike = np.abs(green - [89, 243, 89]).max(axis=2) <= 2
+    assert alike.mean() > 0.15, "the sheet shows another head"
+
+
 def test_an_adopted_character_needs_its_file_no_more(cli, hero, speech_wav, tmp_path):
     direct, later, rendered = (tmp_path / f"{name}.glb" for name in ("one", "two", "three"))
     cli("animate", speech_wav, "--head", hero, "-o", direct)
@@ -77,10 +98,18 @@ def test_which_of_two_heads(cli, refused, pair, speech_wav, tmp_path):
     cli("head", "adopt", pair, "--mesh", "Ben", "-o", tmp_path / "ben.npz")
 
 
-@pytest.mark.parametrize("suffix", ["mp4", "html", "png", "obj"])
-def test_what_needs_a_mesh_is_refused_before_any_work(refused, hero, speech_wav, tmp_path, suffix):
+@pytest.mark.parametrize(
+    ("suffix", "says"),
+    [
+        ("obj", "whose mesh stays in its own file; allowed: .npz .glb .vrm .vrma .mp4 .webm .mov"),
+        ("png", "hero.glb: meshes of no size"),
+        ("html", "hero.glb: meshes of no size"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_any_work(
+    refused, hero, speech_wav, tmp_path, suffix, says
+):
     out = tmp_path / f"talk.{suffix}"
-    says = "whose mesh stays in its own file; allowed: .npz .glb .vrm .vrma .csv .json"
     refused("animate", speech_wav, "--head", hero, "-o", tmp_path / "a.glb", "-o", out, says=says)
     assert not out.exists() and not (tmp_path / "a.glb").exists()
     refused("say", "hello", "--head", hero, "-o", out, says=says)

@@ -241,7 +241,7 @@ def test_evaluate_real_reports_correlation_and_closures(shared_data, tmp_path):
         ),
         (
             ["-o", "t.glb", "--view", "side"],
-            "--view is not an option of .glb; allowed: --profile, --visemes, --embed-audio",
+            "--view is not an option of .glb; allowed: --profile, --visemes, --action, --embed",
         ),
         (["-o", "t.csv", "-o", "t.npz", "--title", "a"], "t.csv: --title is not an option of .csv"),
         (

@@ -122,8 +122,8 @@ def test_bad_input_is_one_line_and_nothing_is_written(talk, tmp_path, options, s
 
 
 def test_an_unknown_suffix_is_refused_before_anything(talk, tmp_path):
-    result = run("edit", talk, "-o", tmp_path / "o.npz", "-o", tmp_path / "o.fbx")
-    assert result.returncode == 2 and "fbx" in result.stderr
+    result = run("edit", talk, "-o", tmp_path / "o.npz", "-o", tmp_path / "o.max")
+    assert result.returncode == 2 and "max" in result.stderr
     assert not list(tmp_path.iterdir())
 
 
@@ -153,6 +153,18 @@ class TestSolve:
             "--json",
         )
         assert json.loads(result.stdout)["residual_mean_mm"] > 1
+
+    @pytest.mark.parametrize("change", ["displacements", "Z upwards", None])
+    def test_vertices_of_something_else_are_told(self, talk, tmp_path, change):
+        vertices = load_motion(talk).vertices()[:2]
+        if change == "displacements":
+            vertices = vertices - vertices[:1]
+        elif change:
+            vertices = vertices[:, :, [0, 2, 1]] * np.array([1, -1, 1], np.float32)
+        np.save(tmp_path / "v.npy", vertices)
+        result = run("solve", tmp_path / "v.npy", "-o", tmp_path / "o.npz")
+        assert result.returncode == 0
+        assert ("mm from the nearest that the head comes to" in result.stderr) == bool(change)
 
     @pytest.mark.parametrize("content", [b"", b"hello", b"\x93NUMPY\x01\x00", None])
     def test_no_vertices(self, tmp_path, content):

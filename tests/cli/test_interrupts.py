@@ -152,9 +152,10 @@ def test_files_that_an_interruption_left_open_do_not_complain(
 ) -> None:
     """It comes from within, as the command begins its work: at no other moment than this."""
     left_open = f"""
-import os, sys, zipfile
+import atexit, os, sys, zipfile
 from elocute.cli import main
 left = zipfile.ZipFile('left.zip', 'w'); left.fp.close()
+atexit.register(lambda: globals().pop('left'))
 class Notice:
     def find_spec(name, *_):
         if name == "numpy":

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from tests.support.commands import run_bytes
+from tests.support.commands import run_bytes, succeeds
 
 NAMES = [
     b"\xff\xfe.wav",
@@ -50,31 +50,41 @@ def folder(tmp_path: Path, speech_wav: Path) -> Path:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse some of these names")
+def written(name: bytes, folder: Path, *suffixes: bytes) -> list[bytes]:
+    """The sound gets that name; what is made of it then."""
+    (folder / "plain.wav").rename(folder / os.fsdecode(name))
+    return [name.removesuffix(b".wav") + suffix for suffix in suffixes]
+
+
+def outputs(paths: list[bytes]) -> list[bytes]:
+    return [word for path in paths for word in (b"-o", path)]
+
+
+def files_in(folder: Path) -> list[bytes]:
+    return sorted(os.fsencode(path.name) for path in folder.iterdir())
+
+
 @pytest.mark.parametrize("name", names(NAMES))
 @pytest.mark.parametrize("encoding", [pytest.param("utf-8", marks=pytest.mark.slow), "ascii"])
 def test_it_is_read_and_written(name: bytes, encoding: str, folder: Path) -> None:
-    (folder / "plain.wav").rename(folder / os.fsdecode(name))
-    stem = name.removesuffix(b".wav")
-    made = [stem + suffix for suffix in (b".npz", b".glb", b".html", b".csv", b".mp4")]
-    drawing = ["--size", "64", "--backend", "embreex", "--embed-audio"]
-    if encoding == "ascii":
-        made, drawing = made[:1], []
-    outputs = [part for path in made for part in (b"-o", path)]
-    done = run(
-        "animate",
-        "--fps",
-        "5",
-        *drawing,
-        *outputs,
-        "--",
-        name,
-        cwd=folder,
-        PYTHONIOENCODING=encoding,
-    )
+    made = written(name, folder, b".npz")
+    words = "animate", "--fps", "5", *outputs(made), "--", name
+    done = run(*words, cwd=folder, PYTHONIOENCODING=encoding)
     told = [line for line in done.stderr.splitlines() if b"no speech heard" not in line]
     assert (done.returncode, told) == (0, []), done.stderr
     assert done.stdout.count(b"\n") == len(made) and b"\x1b" not in done.stdout
-    assert sorted(os.fsencode(path.name) for path in folder.iterdir()) == sorted([name, *made])
+    assert files_in(folder) == sorted([name, *made])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES, ids=repr)
+def test_every_format_takes_it(name: bytes, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = written(name, folder, b".npz", b".glb", b".html", b".csv", b".mp4")
+    monkeypatch.chdir(folder)
+    drawing = "--size", "64", "--backend", "embreex", "--embed-audio"
+    done = succeeds("animate", "--fps", "5", *drawing, *outputs(made), "--", name)
+    assert done.stdout.count("\n") == len(made) and "\x1b" not in done.stdout
+    assert files_in(folder) == sorted([name, *made])
 
 
 @pytest.mark.parametrize("name", names([n for n in NAMES if len(n) < 200]))

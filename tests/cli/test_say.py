@@ -13,6 +13,7 @@ import elocute
 from elocute.evaluation.lip_closures import CLOSED_MM
 from elocute.speech.voices import espeak
 from tests.support.commands import run_bytes, run_here
+from tests.support.espeak import has_espeak
 
 SPOKEN = (
     "Hello. Give me any voice, and I will give it a face. My mouth closes on p, b and m. "
@@ -23,7 +24,7 @@ STRANGE = "seven elephants crossed an angry river because tomorrow nobody will r
 
 @pytest.fixture(scope="module", autouse=True)
 def _needs_espeak(need):
-    need(espeak.has_espeak(), "espeak-ng")
+    need(has_espeak(), "espeak-ng")
 
 
 def refused(*arguments: object) -> str:

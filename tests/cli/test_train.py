@@ -22,32 +22,17 @@ def test_a_corpus_becomes_a_model_that_animates(
     tmp_path: Path, make_corpus: Callable[..., object], speech_wav: Path
 ) -> None:
     make_corpus(tmp_path / "corpus")
-    done = run_apart(
-        "train",
-        "voca",
-        tmp_path / "corpus",
-        "-o",
-        tmp_path / "out",
-        "--epochs",
-        2,
-        "--encoder",
-        "fbank",
-        "--device",
-        "cpu",
-        "--json",
-    )
+    train = "train", "voca", tmp_path / "corpus", "-o", tmp_path / "out"
+    settings = "--epochs", 2, "--encoder", "fbank", "--device", "cpu", "--json"
+    done = run_apart(*train, *settings)
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     assert record["epoch"] == 2
     for name in ("model.onnx", "checkpoint.safetensors", "log.csv", "sample.png"):
         assert (tmp_path / "out" / name).stat().st_size > 0
-    again = run_apart(
-        "animate", speech_wav, "--model", tmp_path / "out" / "model.onnx", "-o", tmp_path / "t.npz"
-    )
-    assert again.returncode == 0, again.stderr
-    full = run_apart("train", "voca", tmp_path / "corpus", "-o", tmp_path / "out")
-    assert full.returncode == 2
-    assert "--resume" in full.stderr
+    model = "--model", tmp_path / "out" / "model.onnx"
+    succeeds("animate", speech_wav, *model, "-o", tmp_path / "t.npz")
+    refused(*train, says="--resume")
 
 
 @pytest.mark.slow

@@ -9,8 +9,8 @@ import pytest
 import soundfile
 
 from elocute.speech.times.read import read_speech_times
-from elocute.speech.voices.espeak import has_espeak
 from tests.support.commands import one_line, refused, run_here, succeeds
+from tests.support.espeak import has_espeak
 
 HEARD = ["give", "me", "any", "voice", "and", "i", "will", "give", "it", "a", "face"]
 FEW = ("--fps", 25, "--life", 0, "--look", "none")

@@ -16,13 +16,13 @@ from elocute.corpus.importers.split_choice import (
     VOCASET_VALIDATION,
 )
 from elocute.motion.store import load_motion
-from tests.support.commands import run_apart
+from tests.support.commands import run_here
 
 pytest.importorskip("torch", reason="needs the extra `train`")
 
 
 def elocute(*arguments: object) -> str:
-    done = run_apart(*arguments)
+    done = run_here(*arguments)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

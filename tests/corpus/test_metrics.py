@@ -9,16 +9,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import Corpus
 from elocute.corpus.topologies import BIWI, FLAME, topology_of
 from elocute.errors import CorpusError, MotionError
 from elocute.evaluation.confidence_intervals import mean_interval, metric_intervals, ratio_interval
+from elocute.evaluation.corpus_scores import intensity_correlation
 from elocute.evaluation.lip_closures import ClosureCounts, count_closures, lip_opening, short_runs
 from elocute.evaluation.metrics import (
+    AVERAGED_METRICS,
+    TITLES,
+    SilentMotion,
     clip_metrics,
     dynamics_deviation,
     lip_vertex_error,
     mean_jerk,
+    silent_frames,
     vertex_errors,
 )
 from elocute.evaluation.model_predictions import recorded_motion
@@ -92,6 +98,44 @@ def test_a_clip_is_not_away_from_itself() -> None:
     for name in ("lve_mm2", "lve_mm", "mve_mm", "fdd_mm", "fdd_abs_mm", "velocity_mm"):
         assert getattr(scores, name) == 0
     assert scores.jerk == scores.true_jerk > 0
+
+
+def test_lips_that_move_in_silence_are_told_from_those_that_speak() -> None:
+    """20 frames of tone and 20 of silence; predicted lips go on moving 9 mm/s, true ones stop."""
+    going = np.arange(40)[:, None, None] * np.array([0, 0.0003, 0])
+    face = np.random.default_rng(9).normal(size=(9, 3))
+    predicted = VertexMotion(face + going, face, FPS)
+    true = VertexMotion(face + np.minimum(going, going[20]), face, FPS)
+    tone = 0.3 * np.sin(np.arange(round(40 / FPS * 16000)) / 5)
+    tone[round(20 / FPS * 16000) :] *= 0.005  # 46 dB lower
+    silent = silent_frames(Waveform(tone.astype(np.float32), 16000), 40, FPS)
+    assert silent.tolist() == [False] * 20 + [True] * 20
+    scores = clip_metrics(predicted, true, LIPS, silent=silent)
+    assert scores.silence == SilentMotion(silent=19, moving=19, true_moving=0)
+    assert scores.lip_intensity == pytest.approx(0.3)
+    assert scores.true_lip_intensity == pytest.approx(0.3 * (20 / 39) ** 0.5)
+    pooled = metric_intervals([scores, clip_metrics(true, true, LIPS, silent=silent)])
+    assert (pooled["lip_leak"].value, pooled["true_lip_leak"].value) == (0.5, 0)
+    assert metric_intervals([clip_metrics(true, true, LIPS)])["lip_leak"].record() is None
+
+
+def test_the_correlation_of_intensities_is_that_within_each_person() -> None:
+    """As SciPy has it for values standardised by person; who has one clip is left out."""
+    stats = pytest.importorskip("scipy.stats")
+    draw = np.random.default_rng(1)
+    loudness = draw.uniform(0.01, 0.1, 13)
+    intensity = 4 * loudness + draw.normal(0, 0.05, 13)
+    people = ["ann"] * 6 + ["bob"] * 6 + ["cy"]
+    loudness[6:12] *= 10  # Bob's microphone says nothing of how he speaks
+    standard = [
+        np.concatenate([stats.zscore(values[:6], ddof=1), stats.zscore(values[6:12], ddof=1)])
+        for values in (loudness, intensity)
+    ]
+    found = intensity_correlation(list(loudness), list(intensity), people)
+    assert found.value == pytest.approx(stats.pearsonr(*standard).statistic)
+    assert -1 <= found.low < found.value < found.high <= 1
+    alone = intensity_correlation([0.1, 0.2], [1, 2], ["ann", "bob"])
+    assert alone.record() is None
 
 
 def test_a_constant_offset_is_measured_in_millimetres() -> None:
@@ -266,3 +310,11 @@ class TestBootstrap:
         assert summary["mve_mm"].value == 0
         assert summary["closure_recall"].value == summary["closure_precision"].value == 1
         json.dumps({name: i.record() for name, i in summary.items()}, allow_nan=False)
+
+
+def test_columns_of_tables_are_metrics_and_titled_once() -> None:
+    counted = {"closure_recall", "closure_precision", "lip_leak", "true_lip_leak"}
+    counted |= {"slcc", "true_slcc"}  # over clips, by `subject_scores`
+    assert set(TITLES) - counted <= set(AVERAGED_METRICS)
+    assert set(AVERAGED_METRICS) - set(TITLES) == {"fdd_abs_mm"}  # in the JSON alone
+    assert len(set(TITLES.values())) == len(TITLES)

@@ -25,7 +25,9 @@ from elocute.evaluation.benchmark_files import (
     find_predictions,
     open_benchmark_truth,
 )
-from elocute.evaluation.vertex_regions import published_region
+from elocute.evaluation.metrics import lip_vertex_error
+from elocute.evaluation.vertex_regions import VertexRegion, published_region
+from elocute.motion.vertex_motion import MM, VertexMotion
 from tests.support.commands import refused, succeeds
 
 ONE, TWO = BENCHMARKS["vocaset"].subjects
@@ -384,3 +386,52 @@ def test_ones_own_clips_on_flame_have_the_published_lists(tmp_path: Path) -> Non
     assert [each.clip for each in find_predictions(truth, tmp_path / "own" / "vertices_npy")] == (
         sorted(true)
     )
+
+
+def test_the_lip_error_is_that_of_torchmetrics() -> None:
+    lve = pytest.importorskip("torchmetrics.functional.multimodal.lve")
+    torch = pytest.importorskip("torch")
+    template = head_sized(200, 1)
+    true, predicted = (VertexMotion(moving(template, 30, n), template, 1.0) for n in (1, 2))
+    lips = VertexRegion("lips", np.array([3, 50, 51, 199]))
+    squared, _ = lip_vertex_error(predicted, true, lips)
+    both = (torch.from_numpy(each.values) for each in (predicted, true))
+    theirs = lve.lip_vertex_error(*both, mouth_map=lips.indices.tolist())
+    assert squared / MM**2 == pytest.approx(float(theirs), rel=1e-5)
+
+
+def test_timing_is_that_of_lips_so_many_frames_late(
+    vocaset: tuple[Path, Arrays, Arrays], tmp_path: Path
+) -> None:
+    """Lips of the truth and of a method that is two frames late; MTM asks for FLAME's mesh."""
+    pytest.importorskip("numba")
+    templates = vocaset[2]
+    late, folder = tmp_path / "late", tmp_path / "vertices_npy"
+    late.mkdir()
+    folder.mkdir()
+    (tmp_path / "templates.pkl").write_bytes(pickle.dumps(templates))
+    for number, what in enumerate((21, 22)):
+        gap = np.zeros((64, 5023, 3))
+        gap[:, 3504, 1] = -0.02 - 0.005 * np.sin(2 * np.pi * (np.arange(64) + 3 * number) / 9)
+        face = np.where(np.isin(np.arange(5023), (3504, 3531))[:, None], 0, templates[ONE])
+        vertices = (face + gap).astype(np.float32)
+        np.save(folder / f"{ONE}_sentence{what}.npy", vertices[2:].reshape(62, -1))
+        np.save(late / f"{ONE}_sentence{what}.npy", vertices[:-2].reshape(62, -1))
+    asked = ("evaluate", "benchmark", "vocaset", late, "--truth", folder, "--timing")
+    (row,) = json.loads(succeeds(*asked, "--json").stdout)["rows"]
+    assert row["mtm"]["value"] == pytest.approx(2, abs=0.2)
+    assert "MTM, frames" in succeeds(*asked).stdout.splitlines()[0]
+    for path in late.glob("*.npy"):
+        np.save(path, np.repeat(np.load(path)[:1], 62, axis=0))  # lips that do not move
+    assert succeeds(*asked).stdout.splitlines()[1].split()[-1] == "none"
+
+
+def test_timing_needs_to_know_the_middles_of_the_lips(tmp_path: Path) -> None:
+    (tmp_path / "vertices_npy").mkdir()
+    template = head_sized(40, 1)
+    (tmp_path / "templates.pkl").write_bytes(pickle.dumps({"ann": template}))
+    np.save(tmp_path / "vertices_npy" / "ann_one.npy", moving(template, 5, 1).reshape(5, -1))
+    (tmp_path / "lips.txt").write_text("1 2 3")
+    lists = ("--lips", tmp_path / "lips.txt", "--upper-face", tmp_path / "lips.txt")
+    asked = ("evaluate", "benchmark", "own", tmp_path / "vertices_npy", "--truth", tmp_path)
+    refused(*asked, *lists, "--timing", says="leave --timing out")

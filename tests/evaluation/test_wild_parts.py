@@ -59,9 +59,13 @@ def test_the_paper_learns_from_what_was_carried_over_alone(features: FeatureCach
     assert {row.carried for row in training_clips(features, ours)} == {True, False}
     found = experiment_clips(features, "speaker", paper)
     assert all(row.carried and row.split == "train" for row in found.train)
-    assert set(found.measured) == {"validation", "test", "participant"}
+    assert set(found.measured) == {"validation", "test", "source", "participant"}
     assert {row.speaker for row in found.measured["test"]} == {"tester"}
     assert {row.speaker for row in found.measured["participant"]} == {"b"}
+    own = found.measured["source"]
+    assert {(row.speaker, row.split) for row in own} == {("a", "train")}
+    assert not {row.clip for row in own} & {row.clip for row in found.train}
+    assert "source" not in experiment_clips(features, "speaker", ours).measured, "it learns them"
 
 
 def test_held_out_words_are_those_of_the_file(features: FeatureCache, tmp_path: Path) -> None:
@@ -112,8 +116,13 @@ def test_the_command_tells_both(propagated: Shards, exact: Shards, tmp_path: Pat
     told = succeeds(*given, "--trainings", "speaker,word", "--epochs", 1, "--json").stdout
     report = json.loads(told)
     rows = report["concordance"]
-    assert {"speaker participant", "speaker test, exact", "word test, exact"} <= set(rows)
+    assert {
+        "speaker source",
+        "speaker participant",
+        "speaker test, exact",
+        "word test, exact",
+    } <= set(rows)
     assert "word validation, exact" not in rows
     assert rows["word test"]["clips"] < rows["speaker test"]["clips"]
-    assert report["paper"]["speaker participant"] == 0.621
+    assert report["paper"]["speaker source"] == 0.621
     assert report["config"]["weight_power"] == 1 and not report["config"]["captured"]

@@ -59,10 +59,30 @@ MEDIAPIPE = [
     }
     for frame, row in enumerate(WEIGHTS)
 ]
+CATEGORIES = [
+    [{"index": 0, "score": each, "categoryName": name} for name, each in by_name(row).items()]
+    for row in WEIGHTS
+]
+JAVASCRIPT = [
+    {
+        "faceLandmarks": [[{"x": 0.5, "y": 0.5, "z": 0}]] * 2,
+        "faceBlendshapes": [
+            {"categories": face, "headIndex": -1, "headName": ""} for face in (first, [])
+        ],
+        "timestamp_ms": 20 * frame,
+    }
+    for frame, first in enumerate(CATEGORIES)
+]
+PYTHON = [
+    {"face_landmarks": [[{}]], "face_blendshapes": [first], "time": frame / 30}
+    for frame, first in enumerate(CATEGORIES)
+]
 FORMS = {
     "Audio2Face": (AUDIO2FACE, 30),
     "BEAT": (BEAT, 30),
     "MediaPipe": (MEDIAPIPE, 25),
+    "MediaPipe's results in JavaScript": (JAVASCRIPT, 50),
+    "MediaPipe's results in Python": (PYTHON, 30),
     "rows": (WEIGHTS.tolist(), 60),
     "rows under a name": ({"fps": 24, "blendShapes": WEIGHTS.tolist()}, 24),
     "names beside rows": ({"blendShapes": list(ARKIT_NAMES), "frames": WEIGHTS.tolist()}, 60),
@@ -190,8 +210,27 @@ def test_frames_in_which_the_app_saw_no_face_are_filled_in(given):
     between = (2 * WEIGHTS[2] + WEIGHTS[5]) / 3
     assert np.allclose(found.curves.select(ARKIT_NAMES).values[3], between, atol=1e-6)
     assert len(found.curves.values) == 7
-    assert found.notes[0] == "a.csv: 2 rows hold no values and are left out"
-    assert "frames are missing" in found.notes[1]
+    assert found.notes == ("a.csv: frames without values, 2, are filled in",)
+    seen = [{"categoryName": "jawOpen", "score": 0.5}]
+    for nothing in ([], {}, None, [[]], [{"categories": []}]):
+        frames = [
+            {"timestamp": 40 * n, "faceBlendshapes": nothing if n == 2 else seen} for n in range(5)
+        ]
+        found = read_curves(given(frames))
+        assert found.curves["jawOpen"].tolist() == [0.5] * 5 and found.curves.fps == 25
+        assert found.notes == ("take.json: frames without values, 1, are filled in",)
+    with pytest.raises(MotionError, match="no frames"):
+        read_curves(given([{"faceBlendshapes": []}] * 3))
+
+
+def test_what_is_missing_is_filled_in_where_a_rate_is_named_too(given):
+    codes = [f"12:00:{f // 30:02}:{f % 30:02}.000" for f in range(40) if f not in (12, 13)]
+    path = given(live_link(codes), "a.csv")
+    as_told = read_curves(path).curves
+    for named, fps in ((30000 / 1001, 30000 / 1001), (60, 60)):
+        curves = read_curves(path, named).curves
+        assert len(curves.values) == len(as_told.values) == 40 and curves.fps == fps
+        assert np.allclose(curves.values, as_told.values, atol=0.05)
 
 
 def test_tables_with_other_columns_and_marks(given):

@@ -67,6 +67,16 @@ def test_the_smaller_the_opening_the_less_light_and_the_less_the_deeper(worn):
     assert light["ou"] < 0.6 * light["aa"]
 
 
+def test_upper_teeth_are_in_the_shade_of_the_upper_lip(worn):
+    points = posed(worn, "E")
+    opening, middle = mouth_opening(worn, points), len(worn.inner_lip_upper) // 2
+    upper, lower = (lip[middle] for lip in (worn.inner_lip_upper, worn.inner_lip_lower))
+    places = np.repeat(opening[1:2, :3] - [0, 0, 0.003], 2, axis=0)
+    places[:, 1] = points[[upper, lower], 1]
+    below_the_upper_lip, over_the_lower_lip = openness(opening, places)[:, 0]
+    assert below_the_upper_lip < 0.85 * over_the_lower_lip
+
+
 def test_skin_is_as_open_as_ever_and_so_is_a_head_without_lips(worn):
     parts, points = Parts(worn), posed(worn, "ou")
     open_ = parts.openness(points)

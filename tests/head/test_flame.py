@@ -6,12 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.sparse import csc_matrix
+from scipy.spatial.transform import Rotation
 
 from elocute.errors import HeadError, InputError
 from elocute.export.registry import write
 from elocute.head.flame import flame_vertices, load_flame
 from elocute.head.flame_to_head import head_from_flame
 from elocute.head.store import load_head, save_head
+from elocute.motion.edits.pose import with_pose
 from elocute.motion.motion import Motion
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.store import load_motion, save_motion
@@ -237,19 +239,31 @@ class TestHeads:
         joints = model.joint_regressor @ flame_vertices(model, coefficients)[0]
         assert np.allclose(someone.joint_positions, joints, atol=1e-6)
 
-    def test_moves_as_flame_does_but_for_pose_correctives(self, head, model):
-        weights = np.random.default_rng(0).normal(size=(3, 100)).astype(np.float32)
-        assert np.allclose(
-            Motion(head, weights, 30).vertices(), flame_vertices(model, (), weights), atol=1e-6
-        )
-        plain = replace(model, pose_basis=np.zeros_like(model.pose_basis))
-        pose = np.zeros(15)
-        pose[6] = 0.3
-        turns = np.tile(np.array([1, 0, 0, 0], np.float32), (3, 5, 1))
-        turns[:, 2, :2] = np.cos(0.15), np.sin(0.15)
-        still = np.zeros((3, 100), np.float32)
-        jaw = Motion(head, still, 30, turns).vertices()
-        assert np.allclose(jaw, flame_vertices(plain, pose=pose), atol=1e-6)
+    def test_turns_and_moves_as_flame_s_equations_say(self, head, model):
+        chance = np.random.default_rng(0)
+        shape = chance.normal(size=300).astype(np.float32)
+        weights = chance.normal(size=(3, 100)).astype(np.float32)
+        pose = chance.normal(0, 0.3, (3, 5, 3))
+        turns = Rotation.from_rotvec(pose.reshape(-1, 3)).as_quat().reshape(3, 5, 4)
+        turns = turns[..., [3, 0, 1, 2]].astype(np.float32)
+        someone = head.with_identity(shape)
+        still = flame_vertices(model, shape, weights)
+        turned = flame_vertices(model, shape, weights, pose.reshape(3, 15))
+        assert np.allclose(Motion(someone, weights, 30).vertices(), still, atol=1e-6)
+        assert np.allclose(Motion(someone, weights, 30, turns).vertices(), turned, atol=2e-6)
+        by_skin_alone = replace(someone, pose_basis=someone.pose_basis[:0])
+        apart = Motion(by_skin_alone, weights, 30, turns).vertices() - turned
+        assert np.abs(apart).max() > 1e-3
+
+    def test_edits_turn_a_neck_and_a_jaw_as_flame_does(self, head, model):
+        speech = Motion(head, np.zeros((2, 100), np.float32), 30.0)
+        nodding = with_pose(with_pose(speech, "head", (10, 20, 0)), "jaw", (15, 0, 0))
+        assert nodding.rotations is not None
+        turns = np.roll(nodding.rotations[0], -1, axis=1)
+        vectors = [Rotation.from_quat(turn).as_rotvec() for turn in turns]
+        expected = flame_vertices(model, pose=np.ravel(vectors))
+        assert np.allclose(nodding.vertices()[:1], expected, atol=1e-6)
+        assert np.abs(vectors[1]).max() > 0.3 and np.abs(vectors[2]).max() > 0.2
 
     def test_a_motion_of_it_survives_being_stored(self, talk, tmp_path):
         save_motion(talk, tmp_path / "talk.npz")

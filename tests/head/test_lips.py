@@ -90,6 +90,35 @@ def test_middle_shapes_keep_closed_lips_closed(head, name):
     assert gap_mm(head, head.template + shape(head, **{name: 1.0})).max() <= 0.1
 
 
+@pytest.mark.parametrize("name", ["mouthLowerDown", "mouthUpperUp"])
+def test_parted_lips_stay_on_each_other_beside_the_corners(head, name):
+    gaps = gap_mm(head, head.template + shape(head, **{f"{name}Left": 0.5, f"{name}Right": 0.5}))
+    across = head.template[head.inner_lip_upper, 0] / head.template[head.inner_corners[1], 0]
+    assert gaps[np.abs(across) > 0.9].max() < 0.1
+    assert np.interp(0.6, across, gaps) > 0.5 * gaps[len(gaps) // 2]
+
+
+@pytest.mark.parametrize(
+    ("name", "edge", "border"),
+    [
+        ("mouthLowerDown", "inner_lip_lower", "outer_lip_lower"),
+        ("mouthUpperUp", "inner_lip_upper", "outer_lip_upper"),
+    ],
+)
+def test_a_lip_that_is_drawn_away_stays_full(head, name, edge, border):
+    moved = shape(head, **{f"{name}Left": 1.0, f"{name}Right": 1.0})[:, 1]
+    middle = len(head.inner_lip_lower) // 2
+    assert 0.75 < moved[getattr(head, border)[middle]] / moved[getattr(head, edge)[middle]] < 1
+
+
+def test_corners_come_down_with_the_lower_lip_and_the_jaw(head):
+    corner = head.inner_corners[1]
+    for weights in ({"mouthLowerDownLeft": 1.0, "mouthLowerDownRight": 1.0}, {"jawOpen": 0.3}):
+        moved = 1000 * shape(head, **weights)[:, 1]
+        lip = moved[head.inner_lip_lower[len(head.inner_lip_lower) // 2]]
+        assert 0.15 < moved[corner] / lip < 0.75
+
+
 def test_open_visemes_open_as_far_as_they_should(head):
     """Middle third, millimetres: ranges from speech (aa widest, W nearly closed)."""
     wanted = {

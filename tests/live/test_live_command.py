@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import signal
 import socket
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -16,6 +18,7 @@ import soundfile
 import elocute
 from elocute.export.arkit_csv import COLUMNS
 from elocute.live.live_frame import LiveFrame
+from tests.support.browser import eventually
 from tests.support.commands import run_here
 
 RATE = 16000
@@ -115,20 +118,66 @@ def test_nobody_needs_to_listen(sound: Path) -> None:
     assert done.returncode == 0 and "frames sent" in done.stdout
 
 
+def test_sound_comes_from_who_connects(sound: Path, receiver: Receiver, wanted) -> None:
+    """A page and a program watch what a third says; a signal ends it."""
+    pytest.importorskip("websockets")
+    from tests.live.clients import connected, pcm
+
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    to = ["--to", f"ws=:{port}", "--to", f"json=:{receiver.port}", "--lookahead", "0.4", "--json"]
+    # A test before this one may have left the signal ignored, which a process inherits.
+    heard = "import signal; signal.signal(signal.SIGTERM, signal.SIG_DFL); "
+    code = heard + "from elocute.cli import main; main()"
+    command = [sys.executable, "-c", code, "live", "ws", *to]
+    with ExitStack() as stop:
+        pipe = subprocess.PIPE
+        run = stop.enter_context(subprocess.Popen(command, stdout=pipe, stderr=pipe))
+        stop.callback(run.kill)
+        assert run.stderr is not None
+        told = run.stderr.readline().decode()
+        assert f"http://127.0.0.1:{port}/" in told and "0.4 s late" in told
+        with connected(port) as one:
+            one.next()
+            one.speak(pcm(elocute.read_audio(sound).samples), RATE)
+            one.next()
+            ended, frames = one.until("ended")
+            assert ended["time_s"] == 1 and len(frames) >= 60
+            assert eventually(lambda: len(receiver.packets) > 50)
+        run.send_signal(signal.SIGTERM)
+        out, err = run.communicate(timeout=60)
+    assert run.returncode == 0 and err == b"", err
+    record = json.loads(out)
+    assert record["sent"] >= len(receiver.packets) > 50 and record["refused"] == 0
+    for frame in map(json.loads, receiver.packets):
+        if frame["frame"] >= 30:  # later ones know that silence follows
+            break
+        curves = wanted[frame["frame"]].arkit
+        assert [frame["curves"].get(name, 0) for name in COLUMNS] == pytest.approx(
+            list(curves.values()), abs=2e-3
+        )
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
         (("--to", "unreal"), "--to unreal: unknown"),
+        (("--to", "ws=0.0.0.0"), "--allow-remote sends to others"),
         (("--to", "json=192.0.2.1"), "--allow-remote sends to others"),
         (
             ("--to", "json", "--lookahead", "0.1"),
-            "--lookahead: 0.1; allowed: exact, or 0.28 to 10 s",
+            "--lookahead: 0.1; allowed: exact, or 0.21 to 10 s",
         ),
     ],
 )
 def test_what_cannot_be_is_refused(sound: Path, arguments: tuple, told: str) -> None:
     done = run_here("live", sound, *arguments)
     assert done.returncode == 2 and told in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_sound_from_connections_needs_a_server() -> None:
+    done = run_here("live", "ws", "--to", "json")
+    assert (done.returncode == 2 and "found: no ws" in done.stderr) or "no ws" in done.stderr
 
 
 def test_a_file_that_is_no_sound_is_refused(tmp_path: Path) -> None:

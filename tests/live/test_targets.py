@@ -15,7 +15,7 @@ import elocute
 from elocute.errors import InputError
 from elocute.export.arkit_csv import COLUMNS, write_csv
 from elocute.live.live_frame import LiveFrame
-from elocute.live.targets import TARGETS, open_outputs
+from elocute.live.targets import TARGETS, Access, open_outputs
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.numerics.quaternions import from_axis_angle
 
@@ -62,6 +62,17 @@ def test_vmc_is_read_by_python_osc(open_mouth: LiveFrame, name: str, jaw: str) -
         [0, 0, 0, 0, -np.sin(np.radians(10)), 0, np.cos(np.radians(10))]
     )
     assert bones["Neck"] == [0, 0, 0, 0, 0, 0, 1]
+
+
+def test_plain_osc_has_a_message_for_each_curve(open_mouth: LiveFrame) -> None:
+    messages = dict(osc_messages(TARGETS["osc"].open_encoder().packets(open_mouth)))
+    assert messages["/elocute/frame"] == pytest.approx(
+        [open_mouth.number, open_mouth.frame.time_s], abs=1e-6
+    )
+    assert messages["/elocute/head"] == pytest.approx([20, 0, 0], abs=1e-4)
+    for name in COLUMNS:
+        assert messages[f"/elocute/{name}"] == pytest.approx([open_mouth.arkit[name]], abs=1e-6)
+    assert len(messages) == 54
 
 
 def test_live_link_face_holds_what_its_recordings_hold(open_mouth: LiveFrame, tmp_path) -> None:
@@ -125,6 +136,6 @@ def test_a_target_that_cannot_be_is_refused(wanted: str, told: str) -> None:
 
 
 def test_another_machine_may_be_allowed() -> None:
-    (output,) = open_outputs(["json=192.0.2.1:9000"], allow_remote=True)
-    assert output.address == ("192.0.2.1", 9000)
+    (output,) = open_outputs(["json=192.0.2.1:9000"], Access(allow_remote=True))
+    assert output.address == "192.0.2.1:9000"
     output.close()

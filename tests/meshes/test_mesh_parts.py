@@ -87,6 +87,29 @@ def test_a_part_has_its_place_its_picture_and_its_name(tmp_path):
     assert part.uv is not None and part.name == "head" and part.coloured
 
 
+def test_the_colour_of_a_material_tints_its_picture(tmp_path):
+    """As grey hair is dyed; a factor is linear."""
+    picture = tmp_path / "hair.png"
+    Image.new("RGB", (4, 4), (200, 100, 10)).save(picture)
+    colour = {"baseColorFactor": [0.5, 1.0, 0.0, 1.0], "baseColorTexture": {"index": 0}}
+    dyed = {"materials": [{"pbrMetallicRoughness": colour}]}
+    (part,) = read(tmp_path / "head.glb", triangle(picture=picture.read_bytes(), changes=dyed))
+    red = 200 * 0.5 ** (1 / 2.2)
+    assert part.picture.getpixel((1, 1)) == (pytest.approx(red, abs=1), 100, 0)
+    assert part.opacity == "opaque"
+
+
+def test_a_clear_material_is_clear(tmp_path):
+    """As the cornea before an iris, which nobody would see otherwise."""
+    record = {"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.1]}, "alphaMode": "BLEND"}
+    (part,) = read(tmp_path / "head.glb", triangle(changes={"materials": [record]}))
+    assert part.opacity == "blend" and part.uv is not None and len(part.uv) == 3
+    assert part.picture.getpixel((0, 0)) == (255, 255, 255, 26)
+    record["alphaMode"] = "OPAQUE"
+    (part,) = read(tmp_path / "head.glb", triangle(changes={"materials": [record]}))
+    assert part.opacity == "opaque" and part.picture is None
+
+
 def test_what_does_not_fit_is_refused(tmp_path):
     file = tmp_path / "head.glb"
     nan = POINTS.copy()

@@ -151,6 +151,22 @@ def test_scale_and_shift_move_a_picture(tmp_path: Path):
     assert edges(tmp_path / "a.obj") == ([0, 0, 255], [0, 0, 255])
 
 
+@pytest.mark.parametrize("mask", ["lash_alpha.png", "lash.png"])
+def test_a_picture_that_says_where_another_is_solid(tmp_path: Path, mask: str):
+    """As lashes have one; where both are one file its own alpha counts."""
+    picture(tmp_path / "lash.png", (20, 10, 0), (20, 10, 0))
+    if mask == "lash.png":
+        both = Image.open(tmp_path / mask)
+        both.putalpha(Image.new("L", both.size, 0))
+        both.save(tmp_path / mask)
+    else:
+        Image.new("L", (8, 8), 0).save(tmp_path / mask)
+    (tmp_path / "a.mtl").write_text(f"newmtl lash\nmap_Kd lash.png\nmap_d {mask}\n")
+    (tmp_path / "a.obj").write_text(f"mtllib a.mtl\n{VERTICES}{PLACES}usemtl lash\n{TRIANGLES}")
+    (part,) = read_mesh_parts(tmp_path / "a.obj", max_bytes=10_000, error=HeadError)
+    assert part.opacity == "cutout" and part.picture.getpixel((3, 3)) == (20, 10, 0, 0)
+
+
 def test_one_picture_for_each_material(tmp_path: Path):
     picture(tmp_path / "one.png", (200, 0, 0), (200, 0, 0))
     picture(tmp_path / "two.JPG", (0, 0, 200), (0, 0, 200))

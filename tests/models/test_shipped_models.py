@@ -14,10 +14,10 @@ from elocute.animation import animate
 from elocute.audio.read import read_audio
 from elocute.errors import InputError, ModelError
 from elocute.models import crnn_network, voca
+from elocute.models.curve_stream import CurveStream
 from elocute.models.feature_extraction import extract_features
 from elocute.models.protocol import FrameSpan
 from elocute.models.registry import open_model
-from elocute.models.streaming import CurveStream
 from elocute.motion.curves import Curves
 from elocute.motion.mouth_measures import measure_mouth
 

@@ -21,6 +21,7 @@ from elocute.motion.mouth_measures import measure_mouth
 from recipes.voice.made_sounds import laughter, levelled, song
 
 LIPS_CLOSE_S = {"me": 1.69, "p": 5.46, "m": 6.34, "blue": 8.18}  # as recipes/example.py says
+WAITS_S = 0.55  # of the example, before its first sound
 RATE = 16000
 CUT = round(2.9 * RATE)  # within a word
 
@@ -90,6 +91,13 @@ def test_known_speech_begins_and_ends_at_rest_and_opens_before_it_sounds() -> No
     opening = measure_mouth(take.motion)["opening_mm"]
     assert opening[0] < 0.1 and opening[-1] < 0.1
     assert opening[round(0.38 * 60)] > 2.5  # a breath
+
+
+def test_lips_part_before_the_first_sound_only_as_far_as_was_heard(mouth) -> None:
+    opening, heard = mouth()["opening_mm"], mouth(contacts="off")["opening_mm"]
+    waiting = slice(0, round(WAITS_S * 60))
+    assert (opening - heard)[waiting].max() < 0.3
+    assert opening[waiting].max() < 4.5
 
 
 def test_a_pause_under_four_tenths_of_a_second_stays_parted(speech_wav) -> None:

@@ -19,18 +19,21 @@ from elocute.audio import whisper_mel
 from elocute.audio.read import read_audio
 from elocute.audio.whisper_mel import WhisperMel, mel_weights
 from elocute.encoders.trunk import (
+    LIVE_PACES,
     REST_ROWS,
     ROW_SAMPLES,
     SILENCE_ALONE,
     SILENT_DECADES,
+    WHOLE,
+    Pace,
     TrunkNetwork,
     TrunkRows,
     TrunkStream,
 )
 from elocute.errors import ModelError
+from elocute.models.curve_stream import CurveStream
 from elocute.models.feature_extraction import Hearing
 from elocute.models.registry import open_model
-from elocute.models.streaming import CurveStream
 from elocute.motion.mouth_measures import measure_mouth
 from recipes.train_trunk import split_talkers
 from recipes.trunk.export import export, scales
@@ -42,10 +45,10 @@ from recipes.trunk.spectrum import BatchLogMel
 
 torch.set_num_threads(1)
 RATE = 16000
+PACES = [WHOLE, Pace(1), *LIVE_PACES]
 SIZES = {
     "middle_mm": [6.7, 50.0, 0.0, 3.4],
     "spread_mm": [4.5, 4.2, 0.9, 3.7],
-    "opening_map": [[-1.0, 0.0, 2.0], [0.0, 5.0, 16.0]],
     "note": "a test",
 }
 
@@ -60,7 +63,14 @@ def small() -> Trunk:
     """A trunk that nobody taught."""
     torch.manual_seed(3)
     config = TrunkConfig(
-        width=32, layers=2, mouth_layer=1, heads=4, history=60, mouth_channels=16, phone_channels=16
+        width=32,
+        layers=2,
+        mouth_layer=1,
+        heads=4,
+        history=60,
+        mouth_channels=16,
+        live_channels=8,
+        phone_channels=16,
     )
     return Trunk(config).eval()
 
@@ -73,8 +83,8 @@ def path(small, speech, tmp_path_factory) -> Path:
     return path
 
 
-def listened(path: Path, sound: np.ndarray, block: int, ahead: int = 4) -> TrunkRows:
-    stream = TrunkStream(TrunkNetwork(path), ahead)
+def listened(path: Path, sound: np.ndarray, block: int, pace: Pace = WHOLE) -> TrunkRows:
+    stream = TrunkStream(TrunkNetwork(path), pace)
     parts = [stream.push(sound[at : at + block]) for at in range(0, len(sound), block)]
     return TrunkRows.joined([*parts, stream.flush()])
 
@@ -95,24 +105,26 @@ def test_cut_bands_are_the_same_bit_for_bit(speech, block) -> None:
 
 
 @pytest.mark.parametrize("block", [320, 777, 40_000])
-@pytest.mark.parametrize("ahead", [1, 4])
-def test_a_cut_sound_is_heard_the_same_bit_for_bit(path, speech, block, ahead) -> None:
-    whole, cut = listened(path, speech, len(speech), ahead), listened(path, speech, block, ahead)
+@pytest.mark.parametrize("pace", PACES)
+def test_a_cut_sound_is_heard_the_same_bit_for_bit(path, speech, block, pace) -> None:
+    whole, cut = listened(path, speech, len(speech), pace), listened(path, speech, block, pace)
     assert len(whole.mouth) == -(-len(speech) // ROW_SAMPLES)
     for name in ("hidden", "mouth", "phones"):
         assert np.array_equal(getattr(whole, name), getattr(cut, name)), name
 
 
-@pytest.mark.parametrize("ahead", [1, 4])
-def test_it_is_the_network_that_was_taught(small, path, speech, ahead) -> None:
+@pytest.mark.parametrize("pace", PACES)
+def test_it_is_the_network_that_was_taught(small, path, speech, pace) -> None:
     """Weights of seven bits and rows of eight, kept from run to run, against torch at once."""
     rest = np.zeros(REST_ROWS * ROW_SAMPLES, np.float32)
     sound = np.concatenate([rest, speech, rest])
     with torch.no_grad():
-        hidden, last = small.rows(BatchLogMel(0)(torch.from_numpy(sound)[None], CONTEXT), ahead)
-        told = small.told(hidden, last)[0].numpy()[REST_ROWS:-REST_ROWS]
+        hidden, last = small.rows(
+            BatchLogMel(0)(torch.from_numpy(sound)[None], CONTEXT), pace.ahead
+        )
+        told = small.told(hidden, last, live=pace.live)[0].numpy()[REST_ROWS:-REST_ROWS]
         heard = torch.log_softmax(small.phones(last), -1)[0].numpy()[REST_ROWS:-REST_ROWS]
-    found = listened(path, speech, 4000, ahead)
+    found = listened(path, speech, 4000, pace)
     loud = (found.phones != SILENCE_ALONE).any(axis=1)
     assert loud.mean() > 0.5
     middle = hidden[0].numpy()[REST_ROWS:-REST_ROWS]

@@ -20,6 +20,10 @@ VIEWER = {
     "viewer.html",
     "landmarks.js",
     "landmarks.html",
+    "live.js",
+    "live.html",
+    "studio.js",
+    "studio.html",
     "viewer.sha256",
     "THIRD_PARTY_NOTICES.txt",
 }
@@ -75,7 +79,9 @@ def test_licences_and_cards_travel_with_the_wheel(wheel):
                 file.read(f"elocute-0.1.0.dist-info/licenses/{name}") == (ROOT / name).read_bytes()
             )
         notice = file.read("elocute/export/assets/THIRD_PARTY_NOTICES.txt").decode()
-    assert "three.js" in notice and "MIT" in notice
+    for package in ("three.js", "Preact", "Preact Signals"):
+        assert f"{package}\n" in notice
+    assert notice.count("MIT") >= 3
 
 
 def test_every_dependency_has_both_bounds(wheel):

@@ -48,25 +48,39 @@ for module in pkgutil.walk_packages(elocute.__path__, "elocute."):
 print(seen)
 """
 EXTRAS = {
+    "bpy",
+    "DracoPy",
+    "espeakng_loader",
     "fastapi",
+    "faster_whisper",
+    "google",
+    "grpc",
     "h11",
     "lightning_fabric",
+    "livekit",
     "matplotlib",
     "mediapipe",
+    "meshopt",
     "numba",
+    "nvidia_ace",
+    "nvidia_audio2face_3d",
     "onnx",
+    "pandas",
+    "pipecat",
     "pocketsphinx",
     "pyarrow",
-    "DracoPy",
     "ray",
     "safetensors",
     "scipy",
+    "sounddevice",
     "sqlalchemy",
+    "starlette",
     "statsmodels",
     "tensorboard",
     "torch",
     "transformers",
     "uvicorn",
+    "websockets",
 }
 
 
@@ -96,6 +110,35 @@ def test_speech_is_animated_without_posix(tmp_path, speech_wav, suffix):
         tmp_path / f"talk.{suffix}",
     )
     assert (tmp_path / f"talk.{suffix}").stat().st_size > 10_000
+
+
+NO_PICTURES = """
+import builtins
+real_import = builtins.__import__
+def without(name, *rest, **more):
+    if name.split(".")[0] in ("moderngl", "embreex"):
+        raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+    return real_import(name, *rest, **more)
+builtins.__import__ = without
+from elocute.cli import main
+main()
+"""
+"""Linux on ARM has neither: pyproject.toml leaves them out there."""
+
+
+def test_all_but_pictures_works_without_the_packages_that_draw(tmp_path, speech_wav):
+    import soundfile
+
+    samples, rate = soundfile.read(speech_wav, stop=16000)
+    soundfile.write(tmp_path / "a.wav", samples, rate)
+    words = "animate", tmp_path / "a.wav", "--fps", 10
+    outputs = [tmp_path / f"talk.{suffix}" for suffix in ("npz", "csv", "glb", "html")]
+    done = run_python("-c", NO_PICTURES, *words, *(w for o in outputs for w in ("-o", o)))
+    assert done.returncode == 0, done.stderr
+    assert all(path.stat().st_size > 500 for path in outputs)
+    drawn = run_python("-c", NO_PICTURES, *words, "-o", tmp_path / "talk.mp4")
+    assert drawn.returncode == 1 and "no renderer works here" in drawn.stderr.splitlines()[-1]
+    assert not (tmp_path / "talk.mp4").exists()
 
 
 def test_the_package_holds_no_scripts_of_a_shell():

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 import soundfile
 
-from elocute.speech.voices.espeak import has_espeak
 from tests.support.commands import python, run_python
+from tests.support.espeak import has_espeak
 from tests.support.whisper import whisper_folder
 
 ROOT = Path(__file__).parents[2]

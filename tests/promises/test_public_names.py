@@ -28,6 +28,7 @@ INSIDES = (
     "numerics",
     "plots",
     "registration",
+    "serving",
 )
 """Packages in which nothing is public."""
 
@@ -82,3 +83,10 @@ def test_a_public_name_that_does_not_say_what_it_is_is_told(
     assert list(public_names.meaning_of("elocute.corpus", "open_corpus")) == [
         "elocute.corpus.open_corpus: no docstring"
     ]
+
+
+def test_a_function_without_an_example_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not list(public_names.without_example("elocute.life"))
+    monkeypatch.setattr(public_names, "PAGES", [])
+    named = list(public_names.without_example("elocute.life"))
+    assert "elocute.life.resolve_mood: no example in a page or in examples/" in named

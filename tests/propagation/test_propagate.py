@@ -109,12 +109,16 @@ def test_carried_motion_is_that_of_the_word(wild: Path, whole: Path):
     assert np.mean(right) > 0.8
 
 
-def test_carried_motion_is_compared_with_a_held_out_participants_own(wild: Path, whole: Path):
-    asked = ("benchmarks.carried_participant", wild, whole, "--method", "dtw")
+def test_ceilings_fall_from_a_second_take_to_another_person(wild: Path, tmp_path: Path):
+    call(wild, tmp_path / "one", "--source", "crisp")
+    asked = ("benchmarks.propagation_ceilings", wild, tmp_path / "one", "--method", "dtw")
     told = run_python("-m", *asked, check=True, cwd=ROOT).stdout
-    found = re.fullmatch(r"dtw, 4 words: mean of \d+ (\S+) .*, weighted (\S+), c1 … .*\n", told)
-    assert found, told
-    assert -1 < float(found[1]) < 1 and 0.2 < float(found[2]) < 1
+    rows = re.findall(r"(\w+), 4 clips: mean of \d+ (\S+) .*, weighted (\S+), c1 … .*\n", told)
+    assert [name for name, _, _ in rows] == ["source", "participant", "carried", "sentences"], told
+    mean = {name: float(value) for name, value, _ in rows}
+    weighted = {name: float(value) for name, _, value in rows}
+    assert weighted["source"] > 0.9 > weighted["carried"] > 0.2
+    assert mean["source"] > max(mean["participant"], mean["sentences"])
     assert [p.name for p in wild.glob("recordings/*/test/pouting*")] == []
 
 

@@ -9,16 +9,17 @@ import numpy as np
 import pytest
 
 from elocute.errors import InputError, MachineError
-from elocute.speech.voices import espeak
+from elocute.speech.voices import espeak, registry
 from elocute.speech.voices.espeak import LEAD_S, speak, spell
 from elocute.speech.voices.settings import VoiceSettings
+from tests.support.espeak import has_espeak
 
 SAID = "A happy puppy; my paper map."
 
 
 @pytest.fixture(scope="module", autouse=True)
 def _needs_espeak(need):
-    need(espeak.has_espeak(), "espeak-ng")
+    need(has_espeak(), "espeak-ng")
 
 
 def test_phones_and_words_come_with_their_times():
@@ -135,3 +136,11 @@ def test_a_library_that_crashes_ends_its_own_process_alone(monkeypatch, tmp_path
 @pytest.mark.parametrize("language", ["en-gb", "fr-fr", "es-419", "cmn"])
 def test_a_language_is_spoken_whose_file_is_called_otherwise(language):
     assert len(speak("7", VoiceSettings(language, voice="f2")).phones) > 2
+
+
+@pytest.mark.parametrize(
+    "text", ["<speak>Hi <break time='2s'/>Bob</speak>", 'Hi <break time="2s"/> Bob']
+)
+def test_tags_are_no_words(text):
+    """Of lines of dialogue that were written for another engine."""
+    assert [word.text for word in registry.speak(text).words] == ["Hi", "Bob"]

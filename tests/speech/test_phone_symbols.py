@@ -14,6 +14,7 @@ from elocute.speech.phone_symbols import (
     ipa_phones,
     nearest_symbols,
     phone_of,
+    visemes_of,
 )
 
 
@@ -33,7 +34,7 @@ from elocute.speech.phone_symbols import (
         ("romaji", "a: q N ts", "AA SIL NG S"),
         ("pinyin", "q v4 zh i4 er2 ng b ü3", "CH UW JH IY ER NG B UW"),
         ("romaji", "ch i N cl sh U", "CH IY NG SIL SH UW"),
-        ("oculus", "PP aa E ou sil", "P AA EH UW SIL"),
+        ("oculus", "PP aa E ou sil viseme_kk", "P AA EH UW SIL K"),
         ("rhubarb", "A D F X", "P AA UW SIL"),
         ("blair", "MBP AI U rest", "P AA UW SIL"),
     ],
@@ -106,4 +107,11 @@ def test_a_file_tells_its_alphabet():
     assert alphabet_of(["q", "v4", "j", "ia1"]) == ("pinyin", []), "v4 is no v"
     assert alphabet_of(["k", "o", "n", "i", "ch"]) == ("romaji", [])
     assert alphabet_of(["aa1", "ch", "iy0"]) == ("arpabet", [])
+    assert alphabet_of(["sil", "PP", "aa", "TH", "RR"]) == ("oculus", [])
+    assert alphabet_of(["rest", "MBP", "E", "U"]) == ("blair", [])
+    assert alphabet_of(["X", "A", "D", ""]) == ("rhubarb", [])
+    assert alphabet_of(["ss", "a", "kk", "eo"])[0] != "oculus", "Korean"
+    assert alphabet_of(["A", "E"]) == ("x-sampa", []), "vowels of a phonetician"
+    assert visemes_of(["21", "0"]) == "azure" and visemes_of(["E", "O"]) == "oculus"
+    assert visemes_of(["@", "p"]) == "polly" and visemes_of(["m"]) == ""
     assert nearest_symbols("BB", "arpabet")[0] == "B"

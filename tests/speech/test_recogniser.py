@@ -24,7 +24,7 @@ from elocute.speech.text.recogniser import recognise
 from elocute.speech.text.text_words import words_of_text
 from elocute.speech.text.transcript import Transcript, transcribe
 from elocute.speech.timed_phones import find_words
-from elocute.speech.voices.espeak import has_espeak
+from tests.support.espeak import has_espeak
 
 TEXT = (
     "Hello. Give me any voice and I will give it a face. My mouth closes on P, B and M. "

@@ -39,8 +39,10 @@ def test_subtitles_are_what_is_said_and_when():
     ]
     assert captions_of(VTT) == [(0.05, 1.0, "Hello there."), (3601.0, 3602.0, "Tom & Ann.")]
     words = [(0.05, 1.0, "Hello"), (0.05, 1.0, "there"), (1.0, 4.9, "I")]
-    assert words_of_captions(SRT)[:3] == words
-    assert said_text(SRT) == ("Hello there.\nI live here.", [])
+    assert words_of_captions(SRT).words[:3] == words
+    told = ["not taken for speech: '- BOB:', '[music]'"]
+    assert said_text(SRT) == ("Hello there.\nI live here.", told)
+    assert words_of_captions(SRT).notes == told
 
 
 def test_subtitles_by_hand_and_of_youtube():
@@ -58,6 +60,15 @@ def test_subtitles_by_hand_and_of_youtube():
         ("Speaker 1: Hi.\nSpeaker 2: Ho.", "Hi.\nHo.", 2),
         ("Ann: Hi.\nTom: Ho.\nAnn: He.\nTom: Ha.", "Hi.\nHo.\nHe.\nHa.", 4),
         ("Ann: Hi.\nTom: Ho.", "Hi.\nHo.", 2),
+        ("Bob: so I went\nAnn: where\nBob: home", "so I went\nwhere\nhome", 3),
+        ("BOB: NO.\nANN: YES.\nBOB: OH.", "NO.\nYES.\nOH.", 3),
+        (">> BOB: NO.\n>> REMEMBER ONE THING: RUN.", "NO.\n>> REMEMBER ONE THING: RUN.", 1),
+        ("Remember one thing: go.\nMy advice: stop.", None, 0),
+        ("First: Open the map.\nSecond: Go home.", None, 0),
+        ("Step 1: Open it.\nStep 2: Close it.", None, 0),
+        ("REMEMBER: RUN.\nMY ADVICE TO YOU: STOP.\nBy Bob", None, 0),
+        ("Remember: it is hot.\nDrink.\nRemember: it is late.", None, 0),
+        ("记住一件事：呼吸。\n我的建议：停。", None, 0),
         ("小明：你好。\n小红：你好！", "你好。\n你好！", 2),
         ("BOB\nHi.\n\nMARY ANN (V.O.)\n(softly)\nHush!\n", "Hi.\nHush!", 3),
         ("CHAPTER ONE\n\nIt was late. It rained.", "CHAPTER ONE\nIt was late. It rained.", 0),
@@ -76,12 +87,53 @@ def test_subtitles_by_hand_and_of_youtube():
 )
 def test_names_and_stage_directions_are_not_said(text, said, left_out):
     found, dropped = spoken_script(text)
-    assert found == said and len(dropped) == left_out
+    assert found == (said or text) and len(dropped) == left_out
 
 
-def test_what_is_left_out_is_told():
+def test_what_is_left_out_is_told(tmp_path):
     _, notes = said_text("BOB: (sighs) Hello.")
     assert notes == ["not taken for speech: 'BOB:', '(sighs)'"]
+    path = tmp_path / "a.srt"
+    path.write_text("00:00:01,000 --> 00:00:02,000\n[the king] said no\n")
+    times = read_speech_times(path)
+    assert [word for _, _, word in times.words] == ["said", "no"]
+    assert times.notes == ("not taken for speech: '[the king]'",)
+
+
+CUES = """
+00:00:00.000 --> 00:00:01.000
+NOTE THE MAP.
+
+NOTE
+the editor's
+
+00:00:01.000 --> 00:00:02.000
+STYLE
+matters
+"""
+
+
+def test_notes_stand_between_captions_of_webvtt_alone():
+    shown = [(0, 1, "NOTE THE MAP."), (1, 2, "STYLE\nmatters")]
+    assert captions_of(f"WEBVTT\n{CUES}") == shown
+    edited = CUES.replace("NOTE THE MAP.", "").replace("the editor's", "NOTE THE MAP.")
+    assert captions_of(f"WEBVTT\n{edited}") == shown[1:]
+    assert captions_of(edited)[0] == (0, 1, "NOTE\nNOTE THE MAP."), "SubRip has no notes"
+
+
+@pytest.mark.parametrize(
+    ("written", "said"),
+    [
+        ("if a < b and c > d then", "if a < b and c > d then"),
+        ("in &lt;out&gt; &lt;b&gt;bold&lt;/b&gt;", "in <out> <b>bold</b>"),
+        ("<v Bob><c.red>We</c> <00:00:00.500>are</v>", "We are"),
+    ],
+)
+def test_a_tag_of_subtitles_begins_behind_its_bracket(written, said):
+    text = f"00:00:00.000 --> 00:00:01.000\n{written}\n"
+    assert captions_of(text) == [(0, 1, said)]
+    spoken = said.replace("<", " ").replace(">", " ").replace("/", " ").split()
+    assert [word for _, _, word in words_of_captions(text).words] == spoken
 
 
 def test_ssml_is_read_without_its_tags():
@@ -174,7 +226,7 @@ def test_captions_that_roll_up_say_each_word_once_at_its_time():
     hello = [(0.08, 0.48, "hello"), (0.48, 0.719, "there")]
     names = [(0.719, 2.31, "Tom"), (0.719, 2.31, "Ann")]
     denied = [(2.32, 4.789, "no"), (4.799, 5.2, "no"), (5.2, 6.0, "no")]
-    assert words_of_captions(YOUTUBE) == [*hello, *names, *denied]
+    assert words_of_captions(YOUTUBE).words == [*hello, *names, *denied]
     assert said_text(YOUTUBE)[0] == "hello there Tom & Ann\nno\nno no"
 
 
@@ -198,10 +250,10 @@ def test_captions_that_light_up_word_after_word():
         for at, line in enumerate(shown)
     )
     words = [(1.0, 2.0, "I"), (2.0, 3.0, "am"), (4.0, 5.0, "here")]
-    assert words_of_captions(srt) == words
+    assert words_of_captions(srt).words == words
     assert words_of_captions(
         srt.replace("<u>", '<font color="#00ff00">').replace("/u", "/font")
-    ) == (words)
+    ).words == (words)
     assert captions_of(srt) == [(0.0, 5.0, "I am here")]
     twice = "".join(f"00:0{n}.000 --> 00:0{n + 1}.000\nI <i>am</i>.\n\n" for n in range(2))
     assert captions_of(twice) == [(0.0, 1.0, "I am."), (1.0, 2.0, "I am.")]
@@ -230,12 +282,35 @@ Dialogue: 0,0:00:05.00,0:00:06.00,Default,,0,0,0,,{\p1}m 0 0 l 9 0{\p0}
 
 def test_subtitles_of_substation_alpha(tmp_path):
     assert captions_of(ASS) == [(1.0, 2.5, "Hello, there\nAnn."), (3.0, 4.0, "kara oke")]
-    assert words_of_captions(ASS)[3:] == [(3.0, 3.5, "kara"), (3.5, 4.0, "oke")]
+    assert words_of_captions(ASS).words[3:] == [(3.0, 3.5, "kara"), (3.5, 4.0, "oke")]
     path = tmp_path / "a.ass"
     path.write_text(ASS)
     assert read_transcript(path, max_bytes=5000) == ASS
     with pytest.raises(InputError, match=r"event: 'Dialogue: 0,never"):
         captions_of(ASS.replace("0:00:03.00", "never"))
+
+
+def test_subtitles_of_substation_alpha_that_light_up_word_after_word():
+    lines = [
+        r"{\1c&H00FF00&}I{\r} am\Nhere",
+        r"I {\c&HFF00&\b1}am{\c&HFFFFFF&\b0}\Nhere",
+        r"I am\N{\1c&H00FF00&}here",
+    ]
+    events = "".join(
+        f"Dialogue: {layer},0:00:0{at}.00,0:00:0{at + 1}.00,Default,,0,0,0,,{{\\an8}}{line}\n"
+        for layer in range(2)
+        for at, line in enumerate(lines)
+    )
+    words = words_of_captions(events).words
+    assert words == [(0.0, 1.0, "I"), (1.0, 2.0, "am"), (2.0, 3.0, "here")]
+
+
+def test_what_subtitles_show_twice_is_said_once():
+    cue = "00:00:01.000 --> 00:00:02.000\n{}\n\n"
+    shadow = cue.format("<b>Hello</b>") + cue.format("Hello")
+    ruby = cue.format(r"<ruby>山<rp>(</rp><rt>やま</rt><rp>)</rp></ruby>\Nmap")
+    assert captions_of(shadow) == [(1.0, 2.0, "Hello")]
+    assert captions_of(ruby) == [(1.0, 2.0, "山\nmap")]
 
 
 LRC = """[ar:Bob]
@@ -248,7 +323,7 @@ LRC = """[ar:Bob]
 def test_lyrics_begin_with_their_times():
     hello = [(1.0, 3.0, "Hello"), (1.0, 3.0, "there")]
     again = [(5.0, 5.6, "Hello"), (5.0, 5.6, "there")]
-    assert words_of_captions(LRC) == [*hello, (3.0, 3.5, "I"), (3.5, 4.5, "live"), *again]
+    assert words_of_captions(LRC).words == [*hello, (3.0, 3.5, "I"), (3.5, 4.5, "live"), *again]
 
 
 def test_a_transcript_with_times_keeps_the_lines_between_them():

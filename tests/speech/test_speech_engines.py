@@ -208,6 +208,55 @@ def test_visemes_and_cues_of_animators(tmp_path):
     assert shown(read(tmp_path, moho, "cues.dat").phones) == [(0.125, 0.25, "P"), (0.25, 0.5, "AA")]
 
 
+OCULUS = [(0.1, 0.2, "PP"), (0.2, 0.3, "aa"), (0.3, 0.4, "FF"), (0.4, 0.5, "TH")]
+ROWS = "\n".join("{} {} {}".format(*each) for each in OCULUS)
+GRID = "\n".join('{} {} "{}"'.format(*each) for each in OCULUS)
+GRID = (
+    f'"ooTextFile"\n"TextGrid"\n0 1 <exists> 2\n"IntervalTier" "words" 0 1 1\n0 1 "path"\n'
+    f'"IntervalTier" "visemes" 0 1 4\n{GRID}'
+)
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        pytest.param(f"start,end,phone\n{ROWS.replace(' ', ',')}", id="phones of a table"),
+        pytest.param(f"start,end,viseme\n{ROWS.replace(' ', ',')}", id="a table"),
+        pytest.param(ROWS, id="labels"),
+        pytest.param(GRID, id="TextGrid"),
+        pytest.param([{"start": a, "end": b, "viseme": name} for a, b, name in OCULUS], id="JSON"),
+    ],
+)
+def test_visemes_of_oculus_in_any_file(tmp_path, written):
+    times = read(tmp_path, written)
+    assert [phone for _, _, phone in times.phones] == ["P", "AA", "F", "TH"]
+    assert times.alphabet == "oculus"
+
+
+def test_a_column_of_visemes_says_that_they_are_no_phones(tmp_path):
+    azure = read(tmp_path, "start,end,viseme_id\n0,0.1,21\n0.1,0.3,2\n", "a.csv")
+    assert shown(azure.phones) == [(0, 0.1, "P"), (0.1, 0.3, "AA")]
+    pair = [{"start": 0, "end": 1, "viseme": "E"}, {"start": 1, "end": 2, "viseme": "O"}]
+    assert [phone for _, _, phone in read(tmp_path, pair).phones] == ["EH", "OW"]
+
+
+def test_mouth_cues_in_lines_and_lists_of_their_own(tmp_path):
+    cues = [(0.0, 0.1, "X"), (0.1, 0.2, "A"), (0.2, 0.35, "D"), (0.35, 0.5, "X")]
+    lines = "\n".join("{} {} {}".format(*each) for each in cues)
+    open_lips = [(0.1, 0.2, "P"), (0.2, 0.35, "AA")]
+    times = read(tmp_path, lines)
+    assert shown(times.phones) == open_lips
+    told = ("symbols were taken for visemes: rhubarb; `phone set` takes others",)
+    assert times.notes == told
+    bare = [{"start": a, "end": b, "value": letter} for a, b, letter in cues]
+    assert shown(read(tmp_path, bare).phones) == open_lips
+    assert shown(read(tmp_path, bare[1:3]).phones) == open_lips
+    vowels = read(tmp_path, "0.1 0.2 A\n0.2 0.3 E\n")
+    assert vowels.alphabet == "x-sampa"
+    assert vowels.notes == ("symbols were taken for x-sampa; `phone set` rhubarb takes mouth cues",)
+    assert read(tmp_path, "0.1 0.2 A\n0.2 0.3 E\n", alphabet="x-sampa").notes == ()
+
+
 def test_phones_of_synthesisers(tmp_path):
     piper = {
         "phonemes": [
@@ -294,14 +343,15 @@ def test_words_without_times_lie_between_their_neighbours(tmp_path):
         *((0.05, 0.4, "hello"), (0.4, 0.8, "20"), (0.8, 1.2, "£3.")),
         *((1.2, 1.5, "bob"), (1.5, 2.0, "7")),
     ]
-    assert times.notes == (
-        "'20, £3.' has no time and is looked for in between",
-        "'7' has no time and is looked for in between",
-    )
+    told = "words without times, {} ({}), are {}"
+    assert times.notes == (told.format(3, "20, £3., 7", "looked for in between"),)
     del segment["end"]
-    assert read(tmp_path, {"segments": [segment]}).notes[1] == "'7' has no time and is left out"
-    times = read(tmp_path, {"words": [words[0], {"word": "20", "case": "not-found-in-audio"}]})
-    assert times.notes == ("1 words without times are left out",)
+    left_out = read(tmp_path, {"segments": [segment]}).notes[1]
+    assert left_out == told.format(1, "7", "left out")
+    first, last = ({"word": word, "case": "not-found-in-audio"} for word in ("10", "20"))
+    times = read(tmp_path, {"words": [first, words[0], last]})
+    assert shown(times.words) == [(0, 0.05, "10"), (0.05, 0.4, "hello")]
+    assert times.notes[1] == told.format(1, "20", "left out")
 
 
 def test_the_last_chunk_of_transformers_may_be_open(tmp_path):
@@ -533,6 +583,85 @@ def test_words_that_an_answer_holds_twice_are_said_once(tmp_path, record):
     assert shown(read(tmp_path, record).words) == HELLO_BOB
 
 
+ANN, BOB = [(0.0, 0.4, "good"), (0.5, 0.9, "morning")], [(1.2, 1.5, "hello"), (1.6, 2.0, "ann")]
+
+
+def dialogue(key: str, *names: object) -> list[dict[str, object]]:
+    """Words of Ann, then of Bob, each with who says it."""
+    said = zip(names, (ANN, BOB), strict=True)
+    return [
+        {"start": a, "end": b, "word": word, "text": word, key: name}
+        for name, words in said
+        for a, b, word in words
+    ]
+
+
+DIALOGUES = {
+    "Deepgram": (
+        {
+            "metadata": {"duration": 2.1},
+            "results": {
+                "channels": [{"alternatives": [{"words": dialogue("speaker", 0, 1)}]}],
+                "utterances": [
+                    {"speaker": 0, "start": 0, "end": 0.9, "transcript": "good morning"},
+                    {"speaker": 1, "start": 1.2, "end": 2.0, "transcript": "hello ann"},
+                ],
+            },
+        },
+        "1",
+    ),
+    "AssemblyAI": ({"words": dialogue("speaker", "A", "B"), "audio_duration": 2.1}, "b"),
+    "ElevenLabs": (
+        {
+            "words": [
+                {**word, "type": "word"}
+                for word in dialogue("speaker_id", "speaker_0", "speaker_1")
+            ]
+        },
+        "speaker_1",
+    ),
+    "WhisperX": (
+        {
+            "segments": [
+                {"start": 0, "end": 0.9, "text": "good morning", "speaker": "SPEAKER_00"}
+                | {"words": dialogue("speaker", "SPEAKER_00", "SPEAKER_01")[:2], "tokens": [1, 2]},
+                {"start": 1.2, "end": 2.0, "text": "hello ann", "speaker": "SPEAKER_01"}
+                | {"words": [{"start": a, "end": b, "word": word} for a, b, word in BOB]},
+            ]
+        },
+        "SPEAKER_01",
+    ),
+    "AWS": (
+        {
+            "results": {
+                "items": [
+                    {
+                        "type": "pronunciation",
+                        "start_time": str(a),
+                        "end_time": str(b),
+                        "alternatives": [{"content": word}],
+                        "speaker_label": name,
+                    }
+                    for name, words in (("spk_0", ANN), ("spk_1", BOB))
+                    for a, b, word in words
+                ]
+            }
+        },
+        "spk_1",
+    ),
+}
+
+
+@pytest.mark.parametrize("engine", DIALOGUES)
+def test_of_several_speakers_one_is_named(tmp_path, engine):
+    record, bob = DIALOGUES[engine]
+    with pytest.raises(InputError, match=r"speakers: .*; allowed: one in a file; name one"):
+        read(tmp_path, record)
+    assert shown(read_speech_times(tmp_path / "times.json", speaker=bob).words) == BOB
+    with pytest.raises(InputError, match=r"`speaker` .eve.: .*; allowed: one of these"):
+        read_speech_times(tmp_path / "times.json", speaker="eve")
+
+
 @pytest.mark.parametrize(
     "record",
     [
@@ -611,7 +740,7 @@ def test_offsets_in_letters_and_frames_are_no_times(tmp_path):
     missed = {"case": "not-found-in-audio", "word": "x", "startOffset": 6, "endOffset": 7}
     gentle = read(tmp_path, {"words": [*timed("start", "end", "word", startOffset=0), missed]})
     assert shown(gentle.words) == HELLO_BOB
-    assert gentle.notes == ("1 words without times are left out",)
+    assert gentle.notes == ("words without times, 1 (x), are left out",)
     with pytest.raises(InputError, match="records of word"):
         read(tmp_path, [{"word": "hello", "start_offset": 2, "end_offset": 16}])
 
@@ -669,3 +798,71 @@ def test_phrases_are_read_as_scripts_are(tmp_path):
     times = read(tmp_path, {"segments": segments})
     assert times.words == ((0, 0.8, "hello"), (2, 2.8, "bob"))
     assert times.notes[1].startswith("not taken for speech: '[SPEAKER_00]', 'BOB:'")
+
+
+def test_names_of_sounds_may_be_words(tmp_path):
+    said = ["a", "pause", "of", "silence", "[noise]", "(laughs)", "!SIL", "++BREATH++"]
+    said += ["%HESITATION", "sil", "bob(2)"]
+    words = [{"word": word, "start": n, "end": n + 1} for n, word in enumerate(said)]
+    times = read(tmp_path, {"words": words})
+    assert [word for _, _, word in times.words] == ["a", "pause", "of", "silence", "bob"]
+    assert times.notes == (
+        "'pause', 'silence': taken for words that are said; for a sound, write [laughter]",
+    )
+
+
+def test_sounds_between_phrases_are_no_part_of_words(tmp_path):
+    parts = [" Hello", "[Music]", "(laughs)", " Bob"]
+    record = [
+        {"offsets": {"from": 100 * n, "to": 100 * n + 100}, "text": parts[n]} for n in range(4)
+    ]
+    times = read(tmp_path, {"transcription": record})
+    assert [word for _, _, word in times.words] == ["Hello", "Bob"]
+
+
+def test_segments_that_whisperx_could_not_align_keep_their_words(tmp_path):
+    segments = [
+        {"start": 0.0, "end": 1.0, "text": " Hello there.", "words": []},
+        {"start": 1.0, "end": 2.0, "text": " Bob", "words": timed("start", "end", "word")[1:]},
+        {"start": 2.0, "end": 3.0, "text": " 2014.", "words": [{"word": "2014."}]},
+    ]
+    times = read(tmp_path, {"segments": segments})
+    assert shown(times.words) == [
+        *((0.0, 1.0, "Hello"), (0.0, 1.0, "there")),
+        *((0.4, 0.8, "bob"), (2.0, 3.0, "2014.")),
+    ]
+    assert times.notes == ("words are looked for within the times of their segments",)
+
+
+def test_answers_that_follow_each_other_in_a_file(tmp_path):
+    """As Vosk prints them, over several lines each."""
+    parts = [{"result": [word], "text": "x"} for word in timed("start", "end", "word")]
+    text = "\n".join(json.dumps(part, indent=2) for part in parts)
+    assert shown(read(tmp_path, text).words) == HELLO_BOB
+
+
+def test_tiers_of_praatio(tmp_path):
+    tier = {"class": "IntervalTier", "name": "words", "entries": [[*each] for each in HELLO_BOB]}
+    assert shown(read(tmp_path, {"tiers": [tier]}).words) == HELLO_BOB
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Name\tStart\tDuration\nhello\t0:00.050\t0:00.350\nbob\t0:00.400\t0:00.400\n",
+        "#,Name,Start,End\nR1,hello,0:00.050,0:00.400\nR2,bob,0:00.400,0:00.800\n",
+        "onset,offset,word\n0.05,0.4,hello\n0.4,0.8,bob\n",
+    ],
+    ids=["Audition", "Reaper", "onset and offset"],
+)
+def test_tables_of_markers(tmp_path, text):
+    assert shown(read(tmp_path, text).words) == HELLO_BOB
+
+
+def test_words_of_which_some_have_phones(tmp_path):
+    hello, bob = timed("start", "end", "word")
+    phones = [("HH", 0.05, 0.1), ("AH0", 0.1, 0.2), ("L", 0.2, 0.3), ("OW1", 0.3, 0.4)]
+    hello["phonemes"] = [{"phoneme": name, "start": a, "end": b} for name, a, b in phones]
+    times = read(tmp_path, {"words": [hello, bob]})
+    assert [phone for _, _, phone in times.phones] == ["HH", "AH", "L", "OW"]
+    assert times.unknown == ((0.4, 0.8),)

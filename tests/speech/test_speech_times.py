@@ -7,7 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from elocute.cli.known_speech_options import KnownSpeechOptions
 from elocute.errors import InputError
+from elocute.settings import KEY
+from elocute.speech.phone_symbols import ALPHABETS
 from elocute.speech.times.read import SpeechTimes, read_speech_times
 
 # Laid out as MFA 3 writes them: two tiers, gaps as empty intervals, ARPAbet with stress.
@@ -194,8 +197,12 @@ def test_gentle_gives_the_phones_of_the_words_that_it_found(tmp_path):
     phones = [("m_B", 0.11), ("ae_I", 0.24), ("p_E", 0.14)]
     found = {"word": "map", "start": 0.31, "end": 0.8, "case": "success"}
     found["phones"] = [{"phone": phone, "duration": long} for phone, long in phones]
-    record = {"words": [found, {"word": "blorfit", "case": "not-found-in-audio"}]}
-    assert rounded(read(tmp_path, "g.json", json.dumps(record))) == list(MAP)
+    missed = {"word": "blorfit", "case": "not-found-in-audio"}
+    record = {"words": [found, missed, {**found, "start": 1.1, "end": 1.59}]}
+    times = read(tmp_path, "g.json", json.dumps(record))
+    assert rounded(times)[:3] == list(MAP) and len(times.phones) == 6
+    assert times.words[1] == (0.8, 1.1, "blorfit") and times.unknown == ((0.8, 1.1),)
+    assert times.notes[0] == "words without times, 1 (blorfit), are looked for in between"
 
 
 def test_small_overlaps_meet_and_small_gaps_close(tmp_path):
@@ -240,7 +247,7 @@ def test_times_beyond_the_sound(tmp_path):
         ("a.json", '{"segments": [{"text": "hi"}]}', "segments without words"),
         ("a.json", '{"words": [{"word": "a", "start": 1e999, "end": 1}]}', "no JSON"),
         ("a.jsonl", '{"time": 1, "type": "viseme", "value": "zz"}\n{"time": 2}\n', "records of"),
-        ("a.bin", b"\x80\x81\x82\x83", "byte 0 is not UTF-8"),
+        ("a.bin", b"\x80\x81\x82\x83", "byte 0 is not UTF-8; .*; save it in UTF-8"),
         ("a.txt", "", "an empty file"),
         ("a.TextGrid", 'File type = "ooTextFile"\nObject class = "TextGrid"\n', "an early end"),
     ],
@@ -299,6 +306,12 @@ def test_a_named_alphabet_is_taken_at_its_word(tmp_path):
     assert [p for _, _, p in said.phones] == ["SH", "TH"]
     with pytest.raises(InputError, match=r"phone set: 'klingon'; allowed: auto, arpabet"):
         read(tmp_path, "a.csv", text, alphabet="klingon")
+
+
+def test_every_alphabet_is_named_where_one_is_chosen():
+    option = KnownSpeechOptions.__dataclass_fields__["phone_set"].metadata[KEY]
+    for told in (option.help, read_speech_times.__doc__ or ""):
+        assert [each for each in ALPHABETS if each not in told] == []
 
 
 def test_phone_times_are_read_and_checked(tmp_path):

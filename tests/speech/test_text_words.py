@@ -8,14 +8,14 @@ from elocute.speech import SpokenText, speak
 from elocute.speech.cues.files import CueSheet, write_cues
 from elocute.speech.cues.mouth_cues import MouthCue
 from elocute.speech.text.text_words import words_of_text
-from elocute.speech.voices import espeak
 from elocute.speech.voices.settings import VoiceSettings
+from tests.support.espeak import has_espeak
 from tests.support.plain_sentences import SENTENCES
 
 
 @pytest.fixture(scope="module", autouse=True)
 def _needs_espeak(need):
-    need(espeak.has_espeak(), "espeak-ng")
+    need(has_espeak(), "espeak-ng")
 
 
 def spoken_as(text: str, language: str = "en-us") -> list[str]:

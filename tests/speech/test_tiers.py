@@ -164,3 +164,54 @@ def test_hairlines_are_closed_where_a_textgrid_is_written():
         (0.7, 0.9, ""),
         (0.9, 1.0, "d"),
     ]
+
+
+EAF = """<?xml version="1.0"?><ANNOTATION_DOCUMENT><HEADER TIME_UNITS="milliseconds">
+<MEDIA_DESCRIPTOR MEDIA_URL="file:///a.wav" TIME_ORIGIN="0"/></HEADER>
+<TIME_ORDER><TIME_SLOT TIME_SLOT_ID="a" TIME_VALUE="100"/><TIME_SLOT TIME_SLOT_ID="b"/>
+<TIME_SLOT TIME_SLOT_ID="c" TIME_VALUE="900"/></TIME_ORDER><TIER TIER_ID="words">
+<ANNOTATION><ALIGNABLE_ANNOTATION TIME_SLOT_REF1="a" TIME_SLOT_REF2="b"><ANNOTATION_VALUE>hello
+</ANNOTATION_VALUE></ALIGNABLE_ANNOTATION></ANNOTATION>
+<ANNOTATION><ALIGNABLE_ANNOTATION TIME_SLOT_REF1="b" TIME_SLOT_REF2="c"><ANNOTATION_VALUE>bob
+</ANNOTATION_VALUE></ALIGNABLE_ANNOTATION></ANNOTATION></TIER><TIER TIER_ID="gloss"><ANNOTATION>
+<ALIGNABLE_ANNOTATION TIME_SLOT_REF1="a" TIME_SLOT_REF2="c"><ANNOTATION_VALUE>a greeting
+</ANNOTATION_VALUE></ALIGNABLE_ANNOTATION></ANNOTATION></TIER></ANNOTATION_DOCUMENT>"""
+
+
+def test_tiers_of_elan(tmp_path):
+    path = tmp_path / "a.eaf"
+    path.write_text(EAF)
+    assert read_speech_times(path).words == ((0.1, 0.5, "hello"), (0.5, 0.9, "bob"))
+    gloss = read_speech_times(path, tier="gloss")
+    assert gloss.words == ((0.1, 0.9, "a"), (0.1, 0.9, "greeting"))
+    path.write_text(EAF.replace('ORIGIN="0"', 'ORIGIN="2000"'))
+    late = read_speech_times(path)
+    assert late.words[0] == (2.1, 2.5, "hello")
+    assert late.notes == ("the sound begins 2 s before ELAN's times",)
+    for broken, says in (
+        (EAF.replace('"100"', '"soon"'), "time of ELAN, ms: 'soon'"),
+        (EAF.replace("TIME_VALUE", "VALUE"), "annotations of ELAN: no times"),
+        (EAF.replace("ALIGNABLE", "REF"), "tiers: none"),
+    ):
+        path.write_text(broken)
+        with pytest.raises(InputError, match=says):
+            read_speech_times(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "words\tann\t00:00:00.100\t0.1\t00:00:00.500\t0.5\t00:00:00.400\t0.4\thello\n"
+        "words\tann\t00:00:00.500\t0.5\t00:00:00.900\t0.9\t00:00:00.400\t0.4\tbob\n",
+        "words\t\t100\t500\t400\thello\nwords\t\t500\t900\t400\tbob\n",
+        "Begin Time - msec\tEnd Time - msec\tDuration - msec\twords\tgloss\n"
+        "100\t500\t400\thello\t\n100\t900\t800\t\ta greeting\n500\t900\t400\tbob\t\n",
+        "Tier\tBegin Time - ss.msec\tEnd Time - ss.msec\tAnnotation\n"
+        "words\t0.1\t0.5\thello\nwords\t0.5\t0.9\tbob\n",
+    ],
+    ids=["no names, two formats", "no names, ms", "a column for each tier", "a column of tiers"],
+)
+def test_tables_that_elan_exports(tmp_path, text):
+    path = tmp_path / "a.txt"
+    path.write_text(text)
+    assert read_speech_times(path).words == ((0.1, 0.5, "hello"), (0.5, 0.9, "bob"))

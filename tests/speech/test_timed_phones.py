@@ -12,7 +12,7 @@ from elocute.errors import AlignmentError, InputError, OutputError
 from elocute.speech.text.heard_phones import heard_phones
 from elocute.speech.times.read import read_speech_times
 from elocute.speech.times.write import TimedSpeech, write_speech_times
-from elocute.speech.voices.espeak import has_espeak
+from tests.support.espeak import has_espeak
 
 TEXT = (
     "Hello. Give me any voice, and I will give it a face. My mouth closes on p, b and m. "

@@ -13,6 +13,7 @@ from elocute.speech.text.known_phones import RELEASE_S, known_posteriors, poster
 from elocute.speech.text.phone_alignment import PronouncedWord, align_phones
 from elocute.speech.text.transcript import Transcript, transcribe
 from elocute.speech.voices import espeak
+from tests.support.espeak import has_espeak
 
 TIMES = [
     (0.31, 0.42, "M"),
@@ -84,7 +85,7 @@ def heard(speech_wav):
 
 
 def test_words_are_found_where_they_are_said(heard, need):
-    need(espeak.has_espeak(), "espeak-ng")
+    need(has_espeak(), "espeak-ng")
     found = transcribe(Transcript.of_text(SPOKEN), *heard)
     by_text = {word.text: word for word in found.words}
     for text, (start, end) in TRUE_S.items():
@@ -97,7 +98,7 @@ def test_words_are_found_where_they_are_said(heard, need):
 
 
 def test_silence_is_not_aligned(need):
-    need(espeak.has_espeak(), "espeak-ng")
+    need(has_espeak(), "espeak-ng")
     with pytest.raises(AlignmentError, match="silence"):
         transcribe(Transcript.of_text("hello"), posteriors_from_phones([], 2.0), 2.0)
 

@@ -49,6 +49,20 @@ def test_a_table_that_excel_saved_elsewhere_in_the_world_is_read(tmp_path):
     assert read_answers(path) == ROWS
 
 
+def test_whole_numbers_as_pandas_saves_them(tmp_path):
+    path = tmp_path / "answers.csv"
+    write_answers(ROWS, path)
+    rows = list(csv.DictReader(path.read_text().splitlines()))
+    with path.open("w") as file:
+        writer = csv.DictWriter(file, COLUMNS)
+        writer.writeheader()
+        writer.writerows(row | {"order": f"{row['order']}.0"} for row in rows)
+    assert read_answers(path) == ROWS
+    path.write_text(path.read_text().replace(f",{ROWS[0].order}.0,", ",1.5,", 1))
+    with pytest.raises(StudyError, match=r"`order`: '1\.5'; allowed: a whole number"):
+        read_answers(path)
+
+
 WRONG = {
     "participant": "<script>",
     "kind": "quaternary",

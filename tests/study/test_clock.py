@@ -4,7 +4,7 @@ import contextlib
 
 import pytest
 
-from elocute.study.serving.guard import SteadyClock
+from elocute.study.serving.clock import SteadyClock
 from elocute.study.serving.server import Serving, StudyService, read_texts
 from elocute.study.serving.store import RefusedError, Store
 from elocute.study.stimuli.manifest import open_study

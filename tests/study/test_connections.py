@@ -12,8 +12,9 @@ pytest.importorskip("uvicorn")
 
 import uvicorn
 
-from elocute.study.serving import connections
-from elocute.study.serving.connections import MOST, Room, bounded, connection_limit
+from elocute.serving import connections
+from elocute.serving.connections import bounded
+from elocute.serving.listening import MOST, Room, connection_limit
 from tests.study.studies import Asker, served
 from tests.support.browser import eventually
 from tests.support.commands import TIMEOUT_S

@@ -413,9 +413,11 @@ def test_who_comes_from_a_panel_goes_back_with_its_code(driver, videos, tmp_path
     with served(tmp_path / "s", environment=token) as host:
         person = Participant(driver, host)
         driver.set_window_size(*DESK)
-        link = "?fbclid=Iw-_&prolific_pid=5f0c&STUDY_ID=61aa&SESSION_ID=7%267&x=%3Cb%3E"
+        link = "?fbclid=Iw-_&prolific_pid=%205f0c+&STUDY_ID=61aa&SESSION_ID=7%267&x=%3Cb%3E"
         person.open("?PROLIFIC_PID={{%PROLIFIC_PID%}}&STUDY_ID=61aa")  # a panel left it unfilled
         assert "%PROLIFIC" not in driver.find_element(By.ID, "main").text
+        person.open("?survey_code=%SURVEY_CODE%")
+        assert "SURVEY" not in driver.find_element(By.ID, "main").text
         preview = "assignmentId=ASSIGNMENT_ID_NOT_AVAILABLE&hitId=4D"  # only looked at
         driver.get(f"http://{host}/?{preview}")
         person.until("document.body.innerText.includes('your panel gave you')")

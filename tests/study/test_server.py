@@ -14,6 +14,7 @@ from elocute.study.report.answers import read_answers
 from elocute.study.serving.server import PAGES
 from tests.study.studies import Asker, served
 from tests.support.commands import TIMEOUT_S
+from tests.support.forged_requests import WAYS, WRONG_HOSTS, WRONG_ORIGINS
 
 SECRET = "root:x:0"
 NAMES = (
@@ -25,29 +26,6 @@ NAMES = (
     "pairs/ours+theirs/one.mean.front.mp4",
     "server.py",
     "page.js",
-)
-WAYS = (
-    "/../{}",
-    "/..%2f{}",
-    "/%2e%2e/{}",
-    "/%2e%2e%2f{}",
-    "/.%2e/{}",
-    "/..%5c{}",
-    "/..\\{}",
-    "/%252e%252e%252f{}",
-    "/....//{}",
-    "/./{}",
-    "//{}",
-    "/media/../{}",
-    "/media/..%2f{}",
-    "/media/%2e%2e/%2e%2e/{}",
-    "/texts/../{}",
-    "/texts/..%2f{}.json",
-    "/texts/en.json/../{}",
-    "/media//{}",
-    "/{}%00",
-    "/%c0%ae%c0%ae/{}",
-    "/..;/{}",
 )
 SPELLINGS = [way.format(name) for way in WAYS for name in NAMES]
 
@@ -97,58 +75,6 @@ def test_what_is_not_in_the_list_is_not_there(asker, path):
     asker.join()
     status, _, _ = asker.send("GET", path, None, {"Authorization": f"Bearer {asker.token}"})
     assert status == 404
-
-
-WRONG_HOSTS = (
-    "evil.example",
-    "localhost.evil.example",
-    "127.0.0.1.evil.example",
-    "evil.example:{port}",
-    "127.0.0.1:1",
-    "127.0.0.1:{port}.evil.example",
-    "0.0.0.0:{port}",
-    "[::]:{port}",
-    "127.1:{port}",
-    "2130706433:{port}",
-    "0x7f000001:{port}",
-    "localhost:{port}@evil.example",
-    "evil.example@localhost:{port}",
-    "localhost:{port}/",
-    "localhost:{port}#",
-    "localhost:0{port}",
-    "localhost:{port} ",
-    "loc\u0430lhost:{port}",
-    "localhost.:{port}",
-    "",
-    " ",
-    "*",
-    "null",
-    "127.0.0.1:{port},evil.example",
-    "localhost:{port}\tevil",
-    "[::1]:1",
-    "127.0.0.2:{port}",
-    "router.lan",
-    "169.254.169.254",
-    "study.example.org",
-)
-WRONG_ORIGINS = (
-    "http://evil.example",
-    "null",
-    "http://localhost.evil.example",
-    "file://",
-    "http://127.0.0.1:1",
-    "http://evil.example:{port}",
-    "https://evil.example",
-    "http://localhost:{port}.evil.example",
-    "http://localhost:{port}@evil.example",
-    "http://0.0.0.0:{port}",
-    "",
-    "localhost:{port}",
-    "http://localhost:{port}/",
-    "http://[::]:{port}",
-    "chrome-extension://abcdef",
-    "ftp://127.0.0.1:{port}",
-)
 
 
 def test_there_are_cases_enough():
@@ -592,6 +518,7 @@ def test_the_id_of_a_panel_is_kept_and_brings_its_person_back(asker, host):
     [
         *({}, {"study": "1"}, {"id": ""}, {"id": 1}, {"id": "a\n"}, {"id": "a", "x": "b"}, "a"),
         *({"id": "{{%PROLIFIC_PID%}}"}, {"id": "${e://Field/PID}"}, {"id": "[%RID%]"}),
+        *({"id": "%SURVEY_CODE%"}, {"id": "{psid}"}, {"id": "<your id>"}, {"id": "[request_id]"}),
     ],
 )
 def test_what_is_no_id_of_a_panel_is_refused(asker, panel):

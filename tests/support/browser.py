@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,10 @@ PATIENCE_S = 180.0
 
 @contextmanager
 def headless_browser(
-    need: Callable[[object, str], None], profile: Path, size: str = "600,600"
+    need: Callable[[object, str], None],
+    profile: Path,
+    size: str = "600,600",
+    flags: Sequence[str] = (),
 ) -> Iterator[Any]:
     """A driver; it is ended with the block. Skips where there is no browser.
 
@@ -41,6 +44,7 @@ def headless_browser(
         "autoplay-policy=no-user-gesture-required",
         f"window-size={size}",
         f"user-data-dir={profile}",
+        *flags,
     ):
         options.add_argument(f"--{flag}")
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})

@@ -9,8 +9,10 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -19,6 +21,7 @@ import pytest
 
 import elocute
 from elocute.cli import main
+from elocute.cli.entry_point import ENDINGS
 
 Result = subprocess.CompletedProcess[str]
 TIMEOUT_S = 300
@@ -35,11 +38,24 @@ def run_here(*arguments: object) -> Result:
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),
         pytest.raises(SystemExit) as left,
+        _signals_as_before(),
     ):
         main()
     code = left.value.code
     assert isinstance(code, int), code
     return subprocess.CompletedProcess(words, code, out.getvalue(), err.getvalue())
+
+
+@contextlib.contextmanager
+def _signals_as_before() -> Iterator[None]:
+    """A command that has ended ignores signals, and so would all that this process starts."""
+    before = {number: signal.getsignal(number) for number in ENDINGS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            if signal.getsignal(number) is not handler:
+                signal.signal(number, handler)
 
 
 def run_apart(*arguments: object, **options: Any) -> Result:

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 import soundfile
 
+from elocute.studio import Project
 from tests.support.documented_pages import ROOT
-from tests.support.gltf_files import arkit, glb
 from tests.support.once_a_run import alone
 from tests.support.stranger import write_stranger
 
@@ -57,10 +57,15 @@ def file_maker(
     marks.mkdir(exist_ok=True)
 
     def make(name: str, place: Path) -> None:
-        if name.endswith(".wav"):
+        if name == "takes/line.elocute.json":
+            Project(place.parent, "line.wav", settings={"fps": 10}).save(place)
+        elif name == "takes":
+            one("takes/line.wav")
+            one("takes/line.elocute.json")
+        elif name.endswith(".wav"):
             samples, rate = speech(11 if name == "reading.wav" else SPEECH_S)
             soundfile.write(place, samples, rate)
-        elif name == "clips":
+        elif name in ("clips", "lines"):
             place.mkdir()
             for clip in ("a.wav", "b.wav"):
                 soundfile.write(place / clip, *speech())
@@ -94,7 +99,7 @@ def file_maker(
         elif name == "whisper":
             shutil.copytree(request.getfixturevalue("whisper"), place)
         elif name == "hero.glb":
-            place.write_bytes(glb(arkit()))
+            shutil.copy(one("bust_arkit.glb"), place)
         elif name == "bust.glb":
             write_stranger(place)
         elif name == "bust.json":

@@ -59,6 +59,12 @@ def glb(given: dict[str, Any] | str | bytes, binary: bytes | None = None) -> byt
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
+def parts_of_glb(data: bytes) -> tuple[dict[str, Any], bytes]:
+    """The JSON of a .glb, and its binary chunk."""
+    (length,) = struct.unpack_from("<I", data, 12)
+    return json.loads(data[20 : 20 + length]), data[20 + length + 8 :]
+
+
 def inline(data: bytes) -> dict[str, Any]:
     """A buffer as text."""
     uri = f"data:application/octet-stream;base64,{base64.b64encode(data).decode()}"

@@ -9,9 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.head.viseme_shapes import VISEME_SHAPES
+from elocute.meshes.gltf_document import GltfDocument
+from elocute.meshes.gltf_nodes import NodeTree
 from elocute.motion.curves import ARKIT_NAMES
+from elocute.numerics.quaternions import from_axis_angle
 from tests.support.flame_layout import FACE_VERTICES, FlameLayout, flame_layout
-from tests.support.gltf_files import glb
+from tests.support.gltf_files import glb, parts_of_glb
 
 Floats = NDArray[np.float64]
 VISEMES = ("PP", "FF", "TH", "DD", "kk", "CH", "SS", "nn", "RR", "aa", "E", "ih", "oh", "ou")
@@ -129,3 +132,84 @@ def drawn_face(columns: int = 61) -> tuple[Floats, NDArray[np.int64], dict[str, 
         "Close": shape(0.0, 0.0, -0.02, 0.0),
     }
     return points, triangles, shapes
+
+
+Face = tuple[Floats, NDArray[np.int64], dict[str, Floats]]
+UNLIT: dict[str, Any] = {"extensions": {"KHR_materials_unlit": {}}}
+EYES = {"Left": [0.032, 0.03, 0.06], "Right": [-0.032, 0.03, 0.06]}
+
+
+def rigged(
+    face: Face,
+    *,
+    turn: tuple[float, ...] = (0.0, 0.0, 0.0),
+    scale: tuple[float, ...] = (1.0, 1.0, 1.0),
+    **more: Any,
+) -> bytes:
+    """A character whose face hangs from its head's joint; its root is turned and scaled."""
+    points, triangles, shapes = face
+    quaternion = from_axis_angle(np.array(turn))[[1, 2, 3, 0]].tolist()
+    leaning = from_axis_angle(np.array([0.4, 0.0, 0.2]))
+    # The head's joint is laid anyhow; its mesh is laid back.
+    straight = (leaning * [1, -1, -1, -1])[[1, 2, 3, 0]].tolist()
+    nodes: list[dict[str, Any]] = [
+        {"name": "Root", "children": [1], "rotation": quaternion, "scale": list(scale)},
+        {"name": "Head", "children": [2, 3, 4], "rotation": leaning[[1, 2, 3, 0]].tolist()},
+        {"name": "Face", "mesh": 0, "rotation": straight},
+        *({"name": f"{side}Eye"} for side in ("Left", "Right")),
+    ]
+    tree = tree_of(nodes)
+    for node, side in ((3, "Left"), (4, "Right")):
+        inner = np.linalg.inv(tree.world(0)) @ tree.world(1)
+        nodes[node]["translation"] = (inner[:3, :3].T @ EYES[side]).tolist()
+    more = {"nodes": nodes, "scenes": [{"nodes": [0]}]} | more
+    return character(points, triangles, shapes, **more)
+
+
+def tree_of(nodes: list[dict[str, Any]]) -> NodeTree:
+    """Where nodes stand."""
+    return NodeTree(GltfDocument(b"", "", {"nodes": nodes}, None))
+
+
+def painted(
+    face: Face,
+    color: list[float],
+    *,
+    uv: Floats | None = None,
+    picture: bytes | None = None,
+    **record: Any,
+) -> bytes:
+    """The face in one material; picture: its colours, laid by places uv (vertex, 2)."""
+    points, triangles, shapes = face
+    data = character(points, triangles, shapes)
+    given, binary = parts_of_glb(data)
+    lit: dict[str, Any] = {"baseColorFactor": color, "metallicFactor": 0, "roughnessFactor": 0.7}
+    own: dict[str, Any] = {"name": "Paint", "pbrMetallicRoughness": lit, **record}
+    primitive = given["meshes"][0]["primitives"][0]
+    primitive["material"] = 0
+
+    def view(content: bytes) -> int:
+        nonlocal binary
+        given["bufferViews"].append(
+            {"buffer": 0, "byteOffset": len(binary), "byteLength": len(content)}
+        )
+        binary += content + bytes(-len(content) % 4)
+        return len(given["bufferViews"]) - 1
+
+    if picture is not None:
+        places = np.full((len(points), 2), 0.25) if uv is None else uv
+        accessor: dict[str, Any] = {
+            "bufferView": view(places.astype("<f4").tobytes()),
+            "componentType": 5126,
+        }
+        given["accessors"].append(accessor | {"count": len(points), "type": "VEC2"})
+        primitive["attributes"]["TEXCOORD_0"] = len(given["accessors"]) - 1
+        given["images"] = [{"bufferView": view(picture), "mimeType": "image/png"}]
+        given["textures"] = [{"source": 0}]
+        texture: dict[str, Any] = {"index": 0}
+        if "shift" in record:
+            texture["extensions"] = {"KHR_texture_transform": own.pop("shift")}
+        own["pbrMetallicRoughness"] = {"baseColorTexture": texture} | lit
+    given["materials"] = [own]
+    given["buffers"] = [{"byteLength": len(binary)}]
+    return glb(given, binary)

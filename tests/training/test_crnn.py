@@ -30,9 +30,9 @@ from elocute.models.crnn_network import (
     CrnnStream,
     stream_weights,
 )
+from elocute.models.curve_stream import CurveStream
 from elocute.models.model_shapes import as_builtin, speech_names, to_shapes
 from elocute.models.registry import open_model
-from elocute.models.streaming import CurveStream
 from elocute.models.voca import VocaModel
 from elocute.motion.motion import Motion
 from elocute.networks.crnn import SharedCrnn

@@ -19,11 +19,11 @@ from elocute.audio.read import read_audio
 from elocute.audio.waveform import Waveform
 from elocute.corpus.corpus_store import Corpus
 from elocute.errors import ModelError
+from elocute.models.curve_stream import CurveStream
 from elocute.models.feature_extraction import extract_features
 from elocute.models.karras import KarrasModel
 from elocute.models.protocol import FrameSpan
 from elocute.models.registry import open_model
-from elocute.models.streaming import CurveStream
 from elocute.networks.karras import Karras, KarrasConfig, Noise, SharedKarras
 from elocute.training.karras.fit import Balance, TrainedKarras, fit, loss_terms
 from elocute.training.karras.run import export_karras

@@ -25,9 +25,9 @@ from elocute.audio.features import Features
 from elocute.corpus.corpus_store import Corpus
 from elocute.encoders.registry import resolve_encoder
 from elocute.errors import InputError, ModelError
+from elocute.models.curve_stream import CurveStream
 from elocute.models.feature_extraction import extract_features
 from elocute.models.protocol import FrameSpan, SpeechFeatures
-from elocute.models.streaming import CurveStream
 from elocute.models.voca import VocaModel
 from elocute.training.voca.fit import (
     TrainedVoca,

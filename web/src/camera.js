@@ -3,6 +3,9 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 const STEP = THREE.MathUtils.degToRad(5);
+const TURNS = { KeyA: [-1, 0], KeyD: [1, 0], KeyW: [0, 1], KeyS: [0, -1] };
+const NEARER = { Equal: 0.92, NumpadAdd: 0.92, Minus: 1 / 0.92, NumpadSubtract: 1 / 0.92 };
+const VIEW_KEYS = ["Digit1", "Digit2", "Digit3", "Digit4"];
 const NARROW = 0.8; // a picture less wide than this share of its height shows less at the sides
 
 export class CameraMan {
@@ -45,6 +48,16 @@ export class CameraMan {
     place.radius = THREE.MathUtils.clamp(place.radius * closer, minDistance, maxDistance);
     this.camera.position.setFromSpherical(place).add(this.controls.target);
     this.settle();
+  }
+
+  // What a key does; whether it does anything.
+  key(code) {
+    const view = Object.keys(this.views)[VIEW_KEYS.indexOf(code)];
+    if (code in TURNS) this.orbit(...TURNS[code]);
+    else if (code in NEARER) this.orbit(0, 0, NEARER[code]);
+    else if (view) this.show(view);
+    else return false;
+    return true;
   }
 
   // What is left of a swing would carry the camera on.

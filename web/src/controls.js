@@ -3,11 +3,9 @@
 import { save } from "./files.js";
 import { Hints } from "./hints.js";
 
+/** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
-const VIEW_NAMES = { "front": "Front", "three-quarter": "Three-quarter", "side": "Side", "mouth": "Mouth" };
-const TURNS = { KeyA: [-1, 0], KeyD: [1, 0], KeyW: [0, 1], KeyS: [0, -1] };
-const NEARER = { Equal: 0.92, NumpadAdd: 0.92, Minus: 1 / 0.92, NumpadSubtract: 1 / 0.92 };
-const VIEW_KEYS = { Digit1: 0, Digit2: 1, Digit3: 2, Digit4: 3 };
+export const VIEW_NAMES = { "front": "Front", "three-quarter": "Three-quarter", "side": "Side", "mouth": "Mouth" };
 
 export function clockText(seconds) {
   const whole = Math.floor(seconds);
@@ -88,7 +86,7 @@ export class Controls {
     $("get-curves").onclick = () => save(new Blob([curveTable()], { type: "text/csv" }), `${name}.csv`);
     addEventListener("pointerdown", (event) => {
       for (const menu of document.querySelectorAll("details")) {
-        if (!menu.contains(event.target)) menu.open = false;
+        if (!menu.contains(/** @type {Node} */ (event.target))) menu.open = false;
       }
     });
     const suffix = take.sound && take.sound.split("/").pop().replace("mpeg", "mp3").replace(/^x-/, "");
@@ -120,9 +118,7 @@ export class Controls {
     if (code === "ArrowRight") jump(sound.currentTime + step);
     if (code === "Home") jump(0);
     if (code === "End") jump(take.duration);
-    if (code in TURNS) camera.orbit(...TURNS[code]);
-    if (code in NEARER) camera.orbit(0, 0, NEARER[code]);
-    if (code in VIEW_KEYS) this.views[VIEW_KEYS[code]]?.click();
+    camera.key(code);
     if (code === "Escape") document.querySelectorAll("details").forEach((menu) => { menu.open = false; });
     if (code === "KeyL") $("loop").click();
     if (code === "KeyF" && !$("full").hidden) $("full").click();

@@ -1,6 +1,7 @@
 // The head in the page's .glb: a mesh for each material, joints, shapes and their motion.
 // Shapes are sparse, and few are at work at a time: they are added up here, not on the graphics
 // card, which would hold every shape of every vertex and look each of them up.
+import { MeshoptDecoder } from "../node_modules/meshoptimizer/meshopt_decoder_reference.js";
 import * as THREE from "three";
 
 const GLB_HEADER = 12, CHUNK_HEADER = 8;
@@ -14,8 +15,17 @@ const ATTRIBUTES = {
 };
 const MOVED = { POSITION: "position", NORMAL: "normal" };
 
+const MESHOPT = "EXT_meshopt_compression", WEBP = "EXT_texture_webp";
+
+function unpackedView({ byteOffset, byteLength, byteStride, count, mode, filter }, size, binary) {
+  const bytes = new Uint8Array(size), source = binary.subarray(byteOffset, byteOffset + byteLength);
+  MeshoptDecoder.decodeGltfBuffer(bytes, count, byteStride, source, mode, filter);
+  return bytes;
+}
+
 class Glb {
   constructor(bytes) {
+    this.unpacked = [];
     const size = new DataView(bytes.buffer, bytes.byteOffset).getUint32(GLB_HEADER, true);
     const text = bytes.subarray(GLB_HEADER + CHUNK_HEADER, GLB_HEADER + CHUNK_HEADER + size);
     this.json = JSON.parse(new TextDecoder().decode(text));
@@ -23,13 +33,16 @@ class Glb {
   }
 
   bytes(index) {
-    const { byteOffset, byteLength } = this.json.bufferViews[index];
-    return this.binary.subarray(byteOffset, byteOffset + byteLength);
+    const { byteOffset, byteLength, extensions } = this.json.bufferViews[index];
+    const packed = extensions?.[MESHOPT];
+    if (!packed) return this.binary.subarray(byteOffset, byteOffset + byteLength);
+    this.unpacked[index] ??= unpackedView(packed, byteLength, this.binary);
+    return this.unpacked[index];
   }
 
-  values(view, type, count) {
+  values(view, type, count, start = 0) {
     const { buffer, byteOffset } = this.bytes(view);
-    return new ARRAYS[type](buffer, byteOffset, count);
+    return new ARRAYS[type](buffer, byteOffset + start, count);
   }
 
   array(index) {
@@ -48,13 +61,14 @@ class Glb {
     if (!sparse) return null;
     const { count, indices, values } = sparse;
     return {
-      rows: this.values(indices.bufferView, indices.componentType, count),
-      by: this.values(values.bufferView, componentType, 3 * count),
+      rows: this.values(indices.bufferView, indices.componentType, count, indices.byteOffset),
+      by: this.values(values.bufferView, componentType, 3 * count, values.byteOffset),
     };
   }
 
   async picture(texture) {
-    const { bufferView, mimeType } = this.json.images[this.json.textures[texture].source];
+    const { source, extensions } = this.json.textures[texture];
+    const { bufferView, mimeType } = this.json.images[source ?? extensions[WEBP].source];
     const file = new Blob([this.bytes(bufferView)], { type: mimeType });
     return createImageBitmap(file, { premultiplyAlpha: "none", colorSpaceConversion: "none" });
   }
@@ -102,18 +116,27 @@ function add(array, { rows, by }, weight) {
 }
 
 // The frames of an animation; between two of them, what lies between.
-class Frames {
-  constructor(glb, fps) {
-    const { samplers, channels } = glb.json.animations?.[0] ?? { samplers: [], channels: [] };
+export class Frames {
+  // weights: (frame, shape) or null; turns: the node, its quaternions, where the first begins and
+  // how far on the next frame's is.
+  constructor(fps, count, weights, turns) {
     this.fps = fps;
-    this.weights = null;
-    this.turns = [];
+    this.count = count;
+    this.weights = weights;
+    this.turns = turns;
+  }
+
+  static of(glb, fps) {
+    const { samplers, channels } = glb.json.animations?.[0] ?? { samplers: [], channels: [] };
+    const turns = [];
+    let weights = null, count = 0;
     for (const { sampler, target } of channels) {
       const { input, output } = samplers[sampler];
-      this.count = glb.json.accessors[input].count;
-      if (target.path === "weights") this.weights = glb.array(output);
-      else this.turns.push([target.node, glb.array(output)]);
+      ({ count } = glb.json.accessors[input]);
+      if (target.path === "weights") weights = glb.array(output);
+      else turns.push([target.node, glb.array(output), 0, 4]);
     }
+    return new Frames(fps, count, weights, turns);
   }
 
   pose(time, weights, nodes) {
@@ -126,9 +149,9 @@ class Frames {
         weights[index] = from + share * (to - from);
       }
     }
-    for (const [node, turns] of this.turns) {
-      const turn = nodes[node].quaternion.fromArray(turns, 4 * here);
-      turn.slerp(new THREE.Quaternion().fromArray(turns, 4 * next), share);
+    for (const [node, turns, first, step] of this.turns) {
+      const turn = nodes[node].quaternion.fromArray(turns, first + step * here);
+      turn.slerp(new THREE.Quaternion().fromArray(turns, first + step * next), share);
     }
   }
 }
@@ -140,7 +163,7 @@ export class Head {
     this.glb = new Glb(bytes);
     const { meshes, materials } = this.glb.json;
     const [{ primitives, extras }] = meshes;
-    this.frames = new Frames(this.glb, fps);
+    this.frames = Frames.of(this.glb, fps);
     this.weights = new Float32Array(extras.targetNames.length);
     this.scene = new THREE.Group();
     this.nodes = this.addNodes();
@@ -151,7 +174,7 @@ export class Head {
       const mesh = this.mesh(corners.get(POSITION).geometry);
       mesh.name = materials[primitive.material].name;
       mesh.frustumCulled = false;
-      mesh.morphTargetInfluences = this.weights;
+      mesh.morphTargetInfluences = /** @type {any} */ (this.weights);
       mesh.morphTargetDictionary = Object.fromEntries(extras.targetNames.map((name, index) => [name, index]));
       mesh.userData.record = materials[primitive.material];
       return mesh;
@@ -174,6 +197,8 @@ export class Head {
     if (skins) this.scene.add(...skins[0].joints.map((each) => made[each]).filter((each) => !each.parent));
     return made;
   }
+
+  joint(index) { return this.nodes[this.glb.json.skins[0].joints[index]]; }
 
   mesh(geometry) {
     return this.glb.json.skins ? new THREE.SkinnedMesh(geometry) : new THREE.Mesh(geometry);
@@ -212,6 +237,11 @@ export class Head {
 
   pose(time) {
     this.at(time);
+    this.move();
+  }
+
+  // As the weights are now.
+  move() {
     this.corners.forEach((each) => each.pose(this.weights));
   }
 }

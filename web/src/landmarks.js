@@ -5,6 +5,7 @@ import { TrackballControls } from "three/examples/jsm/controls/TrackballControls
 import { bytesOf, save, unpacked } from "./files.js";
 import { expected, portrait } from "./placement.js";
 
+/** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 const FIELD_DEG = 25;
 const CLICK_PIXELS = 4; // a pointer that moves further has turned the view
@@ -146,7 +147,7 @@ class Page {
     $("face").onclick = () => this.face();
     $("colours").onclick = () => this.colour($("colours").getAttribute("aria-pressed") !== "true");
     addEventListener("keydown", (event) => {
-      const button = event.target.tagName === "BUTTON";
+      const button = /** @type {Element} */ (event.target).tagName === "BUTTON";
       if (event.ctrlKey || event.metaKey || event.altKey) return;
       if (event.code === "Enter" && !button) $("take-it").click();
       if (event.code === "Backspace") this.clear();

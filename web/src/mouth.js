@@ -15,15 +15,16 @@ export class Mouth {
 
   update() {
     if (!this.mesh) return;
-    const { upper, lower, corners, ends, reach, least_reach } = this.stage;
+    const { upper, lower, corners, ends, lit_from, reach, least_reach } = this.stage;
     const { position } = this.mesh.geometry.attributes;
     const at = (index) => new THREE.Vector3().fromBufferAttribute(position, index);
     const half = Math.floor(upper.length / 2);
-    const middle = at(upper[half]).add(at(lower[half])).multiplyScalar(0.5);
+    const middle = at(upper[half]).lerp(at(lower[half]), lit_from);
     const [right, left] = corners.map((index) => middle.clone().lerp(at(index), ends));
     const height = upper.reduce((sum, index, pair) => sum + at(index).distanceTo(at(lower[pair])), 0)
       / upper.length / 2;
     [right, middle, left].forEach((place, index) =>
+      // @ts-expect-error: a vector gives its three numbers.
       this.opening[index].set(...place, least_reach + reach * height));
   }
 }

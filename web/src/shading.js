@@ -53,6 +53,7 @@ void main() {
 
 const FRAGMENT = `
 uniform Finish finish; uniform vec3 tint; uniform float rough_factor; uniform bool turns;
+uniform float metal; uniform float gain; uniform bool fades; uniform bool painted_as; uniform vec3 shade;
 uniform float core; uniform float fringe_gain; uniform bool fringe; uniform float shadow_bias;
 uniform float exposure; uniform float normal_scale; uniform bool relief; uniform bool shadowed;
 uniform sampler2D color_map; uniform sampler2D normal_map; uniform sampler2D roughness_map;
@@ -85,7 +86,7 @@ void main() {
     vec4 texel = texture2D(color_map, spot);
     bool gone = false;
     #ifdef CARDS
-    texel.a *= edge_on(place, view);
+    texel.a *= gain * (fades ? edge_on(place, view) : 1.0);
     gone = fringe ? texel.a >= core || texel.a < 0.01 : texel.a < core;
     #endif
     Point p;
@@ -98,10 +99,11 @@ void main() {
     #ifdef STRANDS
     p.strand = along * inversesqrt(max(dot(along, along), 1e-20));
     #endif
-    vec2 rough = vec2(1.0);
+    vec3 rough = vec3(1.0);
     #ifdef MAPPED
-    rough = texture2D(roughness_map, texel_at()).rg;
+    rough = texture2D(roughness_map, texel_at()).rgb;
     #endif
+    p.metal = metal * rough.b;
     p.occlusion = min(clamp(paint.a, 0.0, 1.0), rough.r);
     p.roughness = clamp(rough_factor * rough.g, 0.05, 1.0);
     enclosed(p, open);
@@ -122,16 +124,16 @@ void main() {
             p.shadow = open_to_key(textureLod(shadow_map, from_key.xy * 0.5 + 0.5, 0.0).xy,
                 from_key.z - shadow_bias);
         float alpha = fringe ? min(texel.a * fringe_gain, 1.0) : 1.0;
-        gl_FragColor = vec4(shown(lit(p, finish), exposure) * alpha, alpha);
+        gl_FragColor = vec4((painted_as ? painted(p, shade) : shown(lit(p, finish), exposure)) * alpha, alpha);
     }
 }`;
 
 const DEPTHS = `
-uniform sampler2D color_map;
+uniform sampler2D color_map; uniform float gain;
 varying vec2 at; varying vec3 from_key;
 void main() {
     #ifdef CARDS
-    if (texture2D(color_map, vec2(at.x, 1.0 - at.y)).a < 0.5) discard;
+    if (texture2D(color_map, vec2(at.x, 1.0 - at.y)).a * gain < 0.5) discard;
     #endif
     gl_FragColor = vec4(from_key.z, from_key.z * from_key.z, 0.0, 1.0);
 }`;
@@ -171,6 +173,11 @@ export class Shading {
       tint: { value: new THREE.Vector3(...part.tint) },
       rough_factor: { value: part.rough },
       turns: { value: part.turns },
+      metal: { value: part.metal },
+      gain: { value: part.alpha },
+      fades: { value: part.fades },
+      painted_as: { value: Boolean(part.shade) },
+      shade: { value: new THREE.Vector3(...(part.shade ?? [1, 1, 1])) },
       core: { value: part.core },
       fringe: { value: fringe },
       fringe_gain: { value: part.fringe_gain },

@@ -10,16 +10,19 @@ export class Clock {
   }
   set currentTime(value) { this.at = value; this.since = performance.now(); }
   get playbackRate() { return this.rate; }
+  // What has passed went by at the old rate.
+  // eslint-disable-next-line no-self-assign
   set playbackRate(value) { this.currentTime = this.currentTime; this.rate = value; }
   get ended() { return this.currentTime >= this.duration; }
   play() { if (this.ended) this.at = 0; this.since = performance.now(); this.paused = false; }
   pause() { this.at = this.currentTime; this.paused = true; }
 }
 
-export function soundOf(blob, duration) {
-  if (!blob) return new Clock(duration);
+// source: the sound's bytes or its address, or nothing.
+export function soundOf(source, duration) {
+  if (!source) return new Clock(duration);
   const audio = new Audio();
-  audio.src = URL.createObjectURL(blob);
+  audio.src = source instanceof Blob ? URL.createObjectURL(source) : source;
   audio.preload = "auto";
   return audio;
 }

@@ -187,7 +187,7 @@ def _on_all(transfer: Transfer, values: Float64Array) -> Float64Array:
 
 def _eyeballs(face: Face) -> dict[str, NDArray[np.intp]]:
     """Vertices of the ball behind each pair of lids: separate round parts."""
-    parts, found = face.graph.parts, {}
+    parts, eyeballs = face.graph.parts, {}
     skin_part = parts[face.skin[0]]
     for side in SIDES:
         lids = np.concatenate(
@@ -207,8 +207,8 @@ def _eyeballs(face: Face) -> dict[str, NDArray[np.intp]]:
         if balls:
             distance, members = min(balls, key=lambda ball: ball[0])
             if distance < EYE_NEAR_M:
-                found[side] = members
-    return found
+                eyeballs[side] = members
+    return eyeballs
 
 
 def _turn_eyes(transfer: Transfer, eyes: dict[str, NDArray[np.intp]], shapes: Float64Array) -> None:
@@ -334,7 +334,7 @@ def _of_the_mouth(
     transfer = adoption.transfer
     source = transfer.source.head
     turned = transfer.similar.scale * transfer.similar.rotation
-    found = []
+    jaws = []
     for names in JAWS:
         own = [source.regions[name] for name in names if name in source.regions]
         if not own:
@@ -343,9 +343,9 @@ def _of_the_mouth(
         places = transfer.similar(source.template[vertices].astype(np.float64))
         away, nearest = KDTree(places).query(points)
         moved = source.expression_basis[:, vertices[nearest]].astype(np.float64) @ turned.T
-        found.append((float(np.median(away)), places[nearest], moved))
+        jaws.append((float(np.median(away)), places[nearest], moved))
     # A part belongs to one jaw, whatever of the other is near some of it.
-    away, places, moved = min(found, key=lambda jaw: jaw[0], default=(np.inf, points, points))
+    away, places, moved = min(jaws, key=lambda jaw: jaw[0], default=(np.inf, points, points))
     return (places, moved) if away < INSIDE_M * transfer.similar.scale else None
 
 

@@ -115,14 +115,14 @@ class LabelledSurface:
         for column in range(CANDIDATES):
             tried = self.triangles[triangle[near[:, column]]]
             a, b, c = (self.points[tried[:, corner]] for corner in range(3))
-            found = closest_on_triangles(points, a, b, c)
-            place = found[:, :1] * a + found[:, 1:2] * b + found[:, 2:] * c
+            nearest = closest_on_triangles(points, a, b, c)
+            place = nearest[:, :1] * a + nearest[:, 1:2] * b + nearest[:, 2:] * c
             squared = np.square(place - points).sum(axis=1)
             closer = squared < best
             best[closer], corners[closer], bary[closer] = (
                 squared[closer],
                 tried[closer],
-                found[closer],
+                nearest[closer],
             )
         places = np.einsum("qc,qca->qa", bary, self.points[corners])
         there = np.einsum("qc,qca->qa", bary, self.normals[corners])

@@ -56,8 +56,10 @@ class EdgeGraph:
         """(vertex,) m along edges to the nearest source; infinite beyond the limit."""
         from scipy.sparse.csgraph import dijkstra
 
-        found = dijkstra(self.lengths, directed=False, indices=sources, limit=limit, min_only=True)
-        return np.asarray(found, np.float64)
+        lengths = dijkstra(
+            self.lengths, directed=False, indices=sources, limit=limit, min_only=True
+        )
+        return np.asarray(lengths, np.float64)
 
     def way_through(self, stops: NDArray[np.integer]) -> NDArray[np.intp]:
         """Vertices of the shortest way along edges through stops, in this order.

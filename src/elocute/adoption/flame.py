@@ -79,6 +79,8 @@ def jaw_opened_as(model: FlameModel, carried: Float64Array) -> Float64Array:
 
     Parameters
     ----------
+    model : FlameModel
+        Whose joint is turned.
     carried : (vertex, 3) float64
         The opening of another head's jaw on this mesh, m.
 

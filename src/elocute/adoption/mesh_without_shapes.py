@@ -190,13 +190,13 @@ def _surface(part: MeshPart) -> Surface:
 
 def _unlike(names: Iterable[str]) -> tuple[str, ...]:
     """Names of which no two are the same."""
-    found: list[str] = []
+    unlike_names: list[str] = []
     for name in names:
         number, unlike = 1, name
-        while unlike in found:
+        while unlike in unlike_names:
             number, unlike = number + 1, f"{name} {number + 1}"
-        found.append(unlike)
-    return tuple(found)
+        unlike_names.append(unlike)
+    return tuple(unlike_names)
 
 
 def _fitting_unit(path: Path, parts: Sequence[MeshPart]) -> float:
@@ -337,7 +337,7 @@ def nearest_vertices(head: HeadModel, points: Float64Array, name: str) -> NDArra
     skin = _nearest_part(head, points)
     tree = KDTree(template[skin])
     away, nearest = (np.asarray(each) for each in tree.query(points))
-    found = skin[nearest].astype(np.int32)
+    chosen = skin[nearest].astype(np.int32)
     off = float(np.median(away))
     if off > OFF_MAX_M:
         raise HeadError.about(
@@ -352,5 +352,5 @@ def nearest_vertices(head: HeadModel, points: Float64Array, name: str) -> NDArra
         for row in rows:
             near = skin[tree.query_ball_point(points[row], away[row] + FACING_M)]
             cost = np.linalg.norm(template[near] - points[row], axis=1)
-            found[row] = near[np.argmin(cost - FACING_M * facing * normals[near])]
-    return found
+            chosen[row] = near[np.argmin(cost - FACING_M * facing * normals[near])]
+    return chosen

@@ -97,14 +97,14 @@ def open_motion(
             "`flame`", found="given", allowed="for FLAME's parameters, which this file is not"
         )
     if path.suffix.lower() in SUFFIXES:
-        found, chosen = read_curves(path, input_fps), _chosen(head, mesh)
-        motion = motion_from_curves(chosen, found.curves)
-        motion = replace(motion, rotations=found.rotations(chosen))
+        stored, chosen = read_curves(path, input_fps), _chosen(head, mesh)
+        motion = motion_from_curves(chosen, stored.curves)
+        motion = replace(motion, rotations=stored.rotations(chosen))
         try:
             check_reach(motion)
         except MotionError as error:
             raise MotionError.about(path, found=str(error)) from error
-        return _with_notes(motion, found.notes)
+        return _with_notes(motion, stored.notes)
     motion = load_motion(path)
     if head is None:
         return OpenedMotion(motion)
@@ -180,7 +180,7 @@ def _weights(
     """(frame, shape) weights of the shapes carried over to FLAME, on its mean face at rest."""
     pose = parts["pose"].copy()
     pose[:, :6] = 0  # root and neck, which turn the head
-    found = []
+    blocks = []
     for start in range(0, len(pose), BLOCK):
         part = slice(start, start + BLOCK)
         expression = parts["expression"][part]
@@ -188,10 +188,10 @@ def _weights(
             model, np.zeros(1), expression, pose[part], np.zeros((len(expression), 3))
         )
         solved, _ = solve_weights(carrier, vertices, fps=fps, bounds=(0.0, 1.0), joints=())
-        found.append(solved.weights)
+        blocks.append(solved.weights)
         if progress is not None:
             progress(min(1.0, (start + BLOCK) / len(pose)))
-    return np.concatenate(found)
+    return np.concatenate(blocks)
 
 
 def _turns(pose: np.ndarray, head: HeadModel) -> Float32Array | None:

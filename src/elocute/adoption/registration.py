@@ -93,11 +93,11 @@ def lay_over(source: Face, target: Face) -> tuple[Float64Array, Similarity]:
     current[skin] += _bent(source, BENDS_M[0], held, pulled - held[:, None] * current[skin])
     for bend_m, reach_m in zip(BENDS_M, REACH_M, strict=True):
         normals = vertex_normals(current, source.triangles).astype(np.float64)[skin]
-        found = goal.places(current[skin], normals, source.sides[skin])
-        near = 1 / (1 + np.square(found.distance_m / reach_m)) ** 2
-        weights = areas * near * matchable * (found.facing > FACING) * ~found.on_rim
+        matched = goal.places(current[skin], normals, source.sides[skin])
+        near = 1 / (1 + np.square(matched.distance_m / reach_m)) ** 2
+        weights = areas * near * matchable * (matched.facing > FACING) * ~matched.on_rim
         total = weights + held
-        wanted = weights[:, None] * found.points + pulled
+        wanted = weights[:, None] * matched.points + pulled
         # Offsets are counted from the similarity, so that what is bent is the whole change.
         offsets = _bent(source, bend_m, total, wanted - total[:, None] * start[skin])
         current[skin] = start[skin] + offsets

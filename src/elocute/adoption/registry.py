@@ -48,7 +48,9 @@ def open_speaking_head(choice: str | Path, mesh: str | None = None) -> HeadModel
     """
     path = Path(choice) if isinstance(choice, str) else path_of(choice, HeadError)
     if path.suffix.lower() in CHARACTER_SUFFIXES:
-        return _character(path, *_version(path), mesh)
+        from elocute.adoption.characters.given_names import names_path
+
+        return _character(path, (*_version(path), *_version(names_path(path))), mesh)
     if mesh is not None:
         raise HeadError.about(
             "`mesh`", found=repr(mesh), allowed=f"for a head in {', '.join(CHARACTER_SUFFIXES)}"
@@ -68,7 +70,7 @@ def _version(path: Path) -> tuple[int, int]:
 
 
 @lru_cache(maxsize=KEPT)
-def _character(path: Path, changed: int, size: int, mesh: str | None) -> HeadModel:
+def _character(path: Path, version: tuple[int, ...], mesh: str | None) -> HeadModel:
     """The head that stands for the character of a file; without any shapes it is a scan."""
     from elocute.adoption.characters.open_character import character_head, open_character
 

@@ -89,8 +89,8 @@ class Transfer:
     def places(self) -> Places:
         """The place on the source of each vertex of the target's skin."""
         skin, rest = self.target.skin, self.target.surface()
-        found = self.source.surface(self.laid)
-        return found.places(self.target.points[skin], rest.normals[skin], self.target.sides[skin])
+        surface = self.source.surface(self.laid)
+        return surface.places(self.target.points[skin], rest.normals[skin], self.target.sides[skin])
 
     @cached_property
     def frames(self) -> Float64Array:

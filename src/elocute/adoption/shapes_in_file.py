@@ -40,12 +40,12 @@ class _Move:
     turns: Float64Array
 
 
-def with_arkit_shapes(made: MeshAdoption, name: str) -> bytes:
+def with_arkit_shapes(adopted: MeshAdoption, name: str) -> bytes:
     """The file of a mesh with the shapes that it took over.
 
     Parameters
     ----------
-    made : MeshAdoption
+    adopted : MeshAdoption
         Of a glTF file.
     name : str
         What messages call the file.
@@ -61,14 +61,14 @@ def with_arkit_shapes(made: MeshAdoption, name: str) -> bytes:
         For a file that is no glTF or packed by Draco, and where a mesh that moves has morph
         targets already, hangs in several places or is scaled to nothing.
     """
-    document = made.document
+    document = adopted.document
     if document is None or has_draco(document):
         found = "a mesh packed by Draco" if document else "a mesh that is no glTF"
         raise HeadError.about(
             name, found=found, allowed="a .glb, .gltf, .vrm or .fbx with plain vertices"
         )
     moves: dict[int, dict[int, _Move]] = {}
-    for move in _moves(made, name):
+    for move in _moves(adopted, name):
         moves.setdefault(move.origin.mesh, {})[move.origin.primitive] = move
     added, arrays, text = GltfAdditions(document), GltfArrays(document), document.text
     for mesh, primitives in moves.items():
@@ -77,9 +77,9 @@ def with_arkit_shapes(made: MeshAdoption, name: str) -> bytes:
     return added.pack(text)
 
 
-def _moves(made: MeshAdoption, name: str) -> list[_Move]:
+def _moves(adopted: MeshAdoption, name: str) -> list[_Move]:
     """What moves; parts that nothing moves are left out."""
-    head = made.adoption.head
+    head = adopted.adoption.head
     chosen = [head.expression_index(each) for each in ARKIT_NAMES]
     basis = head.expression_basis[chosen].astype(np.float64)
     basis[np.abs(basis).max(axis=2) < STILL_M] = 0
@@ -88,28 +88,28 @@ def _moves(made: MeshAdoption, name: str) -> list[_Move]:
     for turn, (near, change) in zip(turns, changes, strict=True):
         clear = np.linalg.norm(change, axis=1) > NORMAL_STEP
         turn[near[clear]] = change[clear]
-    closing = made.closing.copy()
+    closing = adopted.closing.copy()
     closing[np.abs(closing).max(axis=1) < STILL_M] = 0
-    unit = np.cbrt(abs(np.linalg.det(made.to_scene)))
-    found = []
-    for part, place in zip(made.parts, made.places, strict=True):
+    unit = np.cbrt(abs(np.linalg.det(adopted.to_scene)))
+    moves = []
+    for part, place in zip(adopted.parts, adopted.places, strict=True):
         assert part.origin is not None
         if not basis[:, place].any() and not closing[place].any():
             continue
         back, size = _back(part, part.origin, name)
-        found.append(
+        moves.append(
             _Move(
                 part.origin,
-                np.einsum("vab,vb->va", back, closing[place] @ made.to_scene),
-                np.einsum("vab,kvb->kva", back, basis[:, place] @ made.to_scene),
+                np.einsum("vab,vb->va", back, closing[place] @ adopted.to_scene),
+                np.einsum("vab,kvb->kva", back, basis[:, place] @ adopted.to_scene),
                 np.einsum(
                     "vba,kvb->kva",
                     part.origin.linear / size[:, None, None],
-                    turns[:, place].astype(np.float64) @ (made.to_scene / unit),
+                    turns[:, place].astype(np.float64) @ (adopted.to_scene / unit),
                 ),
             )
         )
-    return found
+    return moves
 
 
 def _back(part: MeshPart, origin: PartOrigin, name: str) -> tuple[Float64Array, Float64Array]:
@@ -124,18 +124,18 @@ def _back(part: MeshPart, origin: PartOrigin, name: str) -> tuple[Float64Array, 
 
 def _check_mesh(document: GltfDocument, number: int, name: str) -> None:
     mesh = document.records("meshes")[number]
-    told = f"mesh {mesh.get('name', number)!r}"[:80]
+    subject = f"mesh {mesh.get('name', number)!r}"[:80]
     if any(primitive.get("targets") for primitive in mesh["primitives"]):
         raise HeadError.about(
             name,
-            found=f"{told} with morph targets",
+            found=f"{subject} with morph targets",
             allowed="meshes without",
             remedy="export it without shape keys, or rename them as ARKit does",
         )
     if sum(node.get("mesh") == number for node in document.records("nodes")) > 1:
         raise HeadError.about(
             name,
-            found=f"{told} in several places",
+            found=f"{subject} in several places",
             allowed="a mesh for each",
             remedy="make instances single",
         )

@@ -22,7 +22,8 @@ class AlignConfig:
     band: float | None = setting(
         None,
         above=0,
-        help="How far from the diagonal a path may go: frames (1 or more) or a share (below 1).",
+        help="Largest distance of the path from the diagonal: frames (1 or more) or a share "
+        "(below 1).",
     )
     open_source: bool = setting(
         False,
@@ -126,7 +127,7 @@ class CcaSoftConfig(NetworkSettings, PathSettings, AlignConfig):
     prior: float = setting(
         20.0,
         low=0,
-        help="How strongly the score favours the diagonal, near which two readings of a word stay.",
+        help="Preference of the score for the diagonal, near which two readings of a word stay.",
     )
     guide: float = setting(
         1.0,
@@ -179,7 +180,7 @@ class DcawConfig(NetworkSettings, AlignConfig):
     attention: str = setting(
         "learned",
         choices=ATTENTIONS,
-        help="What views are warped by in training: the attention, learned or as it begins; its "
+        help="Warp of the views in training: the attention, learned or as it begins; its "
         "form by sampled sigmoids; DTW's path through the features; or none that looks at them.",
     )
 

@@ -25,7 +25,7 @@ from elocute.articulation.contacts_and_rest import (
 )
 from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.settings import AnimationSettings
-from elocute.articulation.style import Style
+from elocute.articulation.style import PLAIN, Style
 from elocute.encoders.phones_and_visemes import BILABIALS, LABIODENTALS, PHONES, SILENCE
 from elocute.errors import InputError
 from elocute.head.viseme_shapes import LABIODENTAL, VISEME_SHAPES
@@ -47,7 +47,7 @@ PARTING = (
 )
 JAW_LEFT_IN_CLOSURE = 0.30  # share of the neighbours' jaw opening that a p keeps behind its lips
 # Over which the lower lip reaches the teeth no more.
-BITTEN_MOST = {"jawOpen": 0.12, "mouthPucker": 0.03}
+BITTEN_MOST = {"jawOpen": 0.12, "mouthPucker": 0.08}
 HELD_FROM = 0.7  # of a contact that is asked for: from there on it is made
 ONE_SIDED_SMILE = 0.45  # of a whole unit of asymmetry, on the side that it favours
 CHEEK_OF_SMILE = 0.6  # how much a smile lifts the cheek
@@ -109,7 +109,7 @@ def articulate(
     InputError
         For a strength out of range, and posteriors of another shape.
     """
-    style = style or Style()
+    style = style or PLAIN
     known = setting_of(AnimationSettings, "strength")
     if not known.holds(strength):
         raise InputError.about("`strength`", found=brief(strength), allowed=known.allowed)
@@ -155,7 +155,7 @@ def make_contacts(
     they should; after this they do. All but the curves is as `articulate` takes it.
     """
     posteriors = np.exp(log_posteriors).astype(np.float32)
-    position, style = _TakePosition(first_frame, first_row), style or Style()
+    position, style = _TakePosition(first_frame, first_row), style or PLAIN
     columns = _columns(curves)
     _lay_contacts(columns, posteriors, rate, curves.fps, style, position)
     return _limited(columns, curves.fps)

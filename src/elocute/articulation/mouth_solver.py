@@ -28,23 +28,22 @@ FREEDOM = {
     "mouthLowerDownRight": 0.25,
     "mouthUpperUpLeft": 0.22,
     "mouthUpperUpRight": 0.22,
-    "mouthPucker": 0.08,
-    "mouthFunnel": 0.08,
+    "mouthPucker": 0.3,
+    "mouthFunnel": 0.3,
     "mouthStretchLeft": 0.35,
     "mouthStretchRight": 0.35,
     "mouthSmileLeft": 0.04,
     "mouthSmileRight": 0.04,
 }
-BREATH_MM = 4.2  # that lips part before a phrase
 TOLERANCE_MM = {
-    "opening_mm": 0.1,
+    "opening_mm": 0.08,
     "width_mm": 0.5,
-    "protrusion_mm": 0.2,
+    "protrusion_mm": 0.15,
     "jaw_mm": 0.4,
     "upper_lip_mm": 0.3,
     "lower_lip_mm": 0.6,
 }
-COVERED_MM = 0.7  # that the upper lip stays lower than people's: it bares this head's teeth sooner
+COVERED_MM = 0.9  # that the upper lip stays lower than people's: it bares this head's teeth sooner
 BITTEN_MM = 1.2  # gap of the lips in f and v
 ROUNDED = ("mouthPucker", "mouthFunnel")
 
@@ -63,18 +62,19 @@ class AskedMouth:
         How near lips may come without a contact.
     stiff : (row,) float32
         Share of its freedom that the jaw loses.
-    rest, settled, breath, sealed, at_teeth : (row,)
-        0 to 1: lips at rest, all else at rest, open to breathe in, lips shut, lower lip at the
-        teeth.
+    breath_mm : (row,) float64
+        How far lips part at least, to breathe in.
+    rest, settled, sealed, at_teeth : (row,)
+        0 to 1: lips at rest, all else at rest, lips shut, lower lip at the teeth.
     """
 
     wanted_mm: Float64Array
     rounding: Float64Array
     parted_mm: Float64Array
     stiff: Float32Array
+    breath_mm: Float64Array
     rest: Float64Array
     settled: Float64Array
-    breath: Float64Array
     sealed: Float32Array
     at_teeth: Float32Array
 
@@ -135,7 +135,7 @@ def _wanted(
     rules: Float32Array, asked: AskedMouth, response: MouthResponse, style: Style, strength: float
 ) -> Float64Array:
     """(row, measure) mm of the mouth without contacts."""
-    rest, breath = asked.rest, asked.breath
+    rest = asked.rest
     speech = 1 - rest
     moved = asked.wanted_mm - response.rest
     moved[:, UPPER] += COVERED_MM
@@ -153,6 +153,6 @@ def _wanted(
     if resting_mm:
         resting_mm -= response.rest[OPENING]
     wanted[:, OPENING] = response.rest[OPENING] + speech * lips_mm + rest * resting_mm
-    inhaling_mm = gains[OPENING] * strength * (BREATH_MM - response.rest[OPENING]) * breath
+    inhaling_mm = gains[OPENING] * strength * asked.breath_mm
     wanted[:, OPENING] = np.maximum(wanted[:, OPENING], response.rest[OPENING] + inhaling_mm)
     return wanted

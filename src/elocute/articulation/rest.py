@@ -12,6 +12,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from elocute.array_types import Float64Array, FloatArray
@@ -24,6 +25,7 @@ KNOWN_EDGE_S = 0.08  # but not of speech that is known
 SETTLE_S = 0.18  # from the last sound until the mouth rests
 WAKE_S = 0.60  # from rest until the next sound
 LIVE_SETTLE_S, LIVE_WAKE_S = 0.30, 0.06  # likewise, of a sound whose end is not known
+LIVE_EARLY_ROWS = 3  # before a sound, in which it wakes already
 BREATH_S, OPENED_S = 0.50, 0.28  # before a sound: people open for it, and are widest open
 BREATH_PAUSE_S = (0.25, 0.60)  # pauses without a breath, and with a whole one
 REACH_S = WAKE_S + PAUSE_S + SPEECH_AT_LEAST_S
@@ -53,11 +55,13 @@ def rest_share(
     return settled * smoothstep(np.clip(coming / wake, 0, 1))
 
 
-def live_rest_share(silence: FloatArray, rate: float) -> Float64Array:
+def live_rest_share(
+    silence: FloatArray, rate: float, *, pause_s: float = PAUSE_S, unheard: int = 0
+) -> Float64Array:
     """How far a mouth is at rest, by the posterior (row,) of silence that was heard so far.
 
-    Nobody knows how long a pause will be: the mouth settles once a pause has been long, and wakes
-    as soon as somebody speaks.
+    Nobody knows how long a pause will be: the mouth settles once it has lasted `pause_s`, and wakes
+    as soon as somebody speaks. In the first `unheard` rows there is no sound at all: it rests.
 
     Returns
     -------
@@ -67,14 +71,20 @@ def live_rest_share(silence: FloatArray, rate: float) -> Float64Array:
     speaking = silence < 0.5
     share, before = np.zeros(len(silence)), 0.0
     begins = np.flatnonzero(np.diff(speaking, prepend=~speaking[:1]))
+    if 0 < unheard < len(silence):
+        begins = np.union1d(begins, unheard)
     for start, stop in pairwise([*begins.tolist(), len(silence)]):
         lasted_s = (np.arange(stop - start) + 1) / rate
         share[start:stop] = before * (1 - smoothstep(np.clip(lasted_s / LIVE_WAKE_S, 0, 1)))
-        if not speaking[start]:
-            settled = smoothstep(np.clip((lasted_s - PAUSE_S) / LIVE_SETTLE_S, 0, 1))
+        if start < unheard:
+            share[start:stop] = 1
+        elif not speaking[start]:
+            settled = smoothstep(np.clip((lasted_s - pause_s) / LIVE_SETTLE_S, 0, 1))
             share[start:stop] = np.maximum(share[start:stop], settled)
         before = share[stop - 1]
-    return share
+    # It wakes before a sound, as far as that is known.
+    coming = np.append(share, np.full(LIVE_EARLY_ROWS, before))
+    return sliding_window_view(coming, LIVE_EARLY_ROWS + 1).min(axis=1)
 
 
 def breath_share(

@@ -61,8 +61,9 @@ class Style:
         check_settings(self, about="style")
 
 
+PLAIN = Style()
 STYLES: dict[str, Style] = {
-    "plain": Style(),
+    "plain": PLAIN,
     "calm": Style(amplitude=0.78, spread=0.8, anticipation_s=0.075, carry_s=0.065),
     "broad": Style(amplitude=1.25, rounding=1.15, spread=1.2, upper_lip=1.2),
     "mumble": Style(

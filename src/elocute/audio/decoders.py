@@ -30,10 +30,14 @@ SHORTFALL_S = 0.1
 # Only these go to libsndfile. It would search anything named .mp3 for MPEG frames, and its MP3
 # decoder prints warnings to stderr.
 HEADS = (b"RIFF", b"RIFX", b"RF64", b"riff", b"FORM", b"fLaC", b"OggS", b"caff", b".snd")
+HEADS += (b"NIST",)  # SPHERE, as TIMIT has it
 JOINED = (
     "several files, one behind the other: each but the first may begin some hundredths of a second "
     "late; join their sounds, not the files"
 )
+GAP_S = 0.1
+"""Times of packets that lie further behind the sound before them are a gap in it."""
+GAPS = "of the sound {:.2f} s are missing in between, and are silence"
 LOSSLESS = ("WAV", "WAVEX", "RF64", "W64", "FLAC", "AIFF", "CAF", "AU")
 # FFmpeg decodes a picture or two to find where they start; 8K is 33 million.
 PIXELS_MAX = 40_000_000
@@ -60,13 +64,13 @@ class AudioInfo:
 class Decoder(Protocol):
     """An open sound. `promised` samples per channel, give or take `slack`; None if unknown.
 
-    joined: what to know of files that were written one behind the other; "" where none are found.
+    notes: what to know of its sound, complete when the last block was given.
     """
 
     info: AudioInfo
     promised: int | None
     slack: int
-    joined: str
+    notes: list[str]
 
     def blocks(self, size: int) -> Iterator[Float32Array]:
         """(sample, channel) blocks of about `size` samples."""
@@ -89,10 +93,10 @@ def check_format(path: Path, sample_rate: int, channels: int) -> None:
         )
 
 
-def cut_off(path: Path, found: str) -> AudioError:
+def cut_off(path: Path, length: str) -> AudioError:
     return AudioError.about(
         path,
-        found=f"{found}: it was cut off",
+        found=f"{length}: it was cut off",
         allowed="a whole file",
         remedy=f"{AGAIN}, or take what is there with `partial`",
     )
@@ -113,17 +117,17 @@ class SoundFileDecoder:
     part: what to read in the file's place, where its header does not say what is there.
     """
 
-    joined = ""
-
     def __init__(self, path: Path, part: BinaryIO | None = None, partial: bool = False) -> None:
         import soundfile
 
         self._file = soundfile.SoundFile(system_name(path) if part is None else part)
         self._path, self._partial = path, partial
+        self.notes: list[str] = []
         rate, frames = self._file.samplerate, self._file.frames
         known = 0 <= frames < 2**62 and rate > 0
         self.promised = frames if known else None
-        self.slack = 0 if self._file.format in LOSSLESS else round(SHORTFALL_S * rate)
+        exact = self._file.format in LOSSLESS and not self._file.subtype.startswith("MPEG")
+        self.slack = 0 if exact else round(SHORTFALL_S * rate)
         self.info = AudioInfo(
             format=self._file.format,
             codec=self._file.subtype,
@@ -164,7 +168,7 @@ class ContainerDecoder:
         self, path: Path, track: int | None = None, partial: bool = False, joined: bool = False
     ) -> None:
         self._path, self._track, self._partial = path, track or 0, partial
-        self.joined = JOINED if joined else ""
+        self.notes = [JOINED] if joined else []
         try:
             self._file = open_media(path, pixels_max=PIXELS_MAX)
         except ImportError:
@@ -198,14 +202,15 @@ class ContainerDecoder:
                 allowed=FORMATS,
                 remedy="convert it to .wav",
             )
-        rate, seconds = context.sample_rate or 0, self._seconds()
         self._zero_s = max(0.0, (self._file.start_time or 0) / 1e6)
+        self._is_matroska = self._file.format.name.startswith("matroska")
+        rate, seconds = context.sample_rate or 0, self._seconds()
         self.info = AudioInfo(
             format=self._file.format.name,
             codec=context.name,
             sample_rate=rate,
             channels=context.channels or 0,
-            duration_s=None if self.joined else seconds,  # that of the first
+            duration_s=None if self.notes else seconds,  # that of the first
             tracks=tuple(map(_told, streams)) if len(streams) > 1 else (),
         )
         promised_s = self._promised_s(seconds)
@@ -213,22 +218,30 @@ class ContainerDecoder:
         self.slack = round((SHORTFALL_S + 0.002 * (seconds or 0)) * rate)
 
     def _seconds(self) -> float | None:
-        if self._stream.duration is not None and self._stream.time_base:
-            return float(self._stream.duration * self._stream.time_base)
-        return self._file.duration / 1e6 if self._file.duration else None
+        """How long the sound is from time zero on, silence before it included."""
+        stream = self._stream
+        if stream.duration is not None and stream.time_base:
+            late_s = float((stream.start_time or 0) * stream.time_base) - self._zero_s
+            return float(stream.duration * stream.time_base) + max(0.0, late_s)
+        end_s = self._file.duration / 1e6 if self._file.duration else None
+        return self._from_zero(end_s) if end_s and self._is_matroska else end_s
+
+    def _from_zero(self, end_s: float) -> float:
+        """When something of Matroska ends, which counts from 0 whenever it begins."""
+        return max(0.0, end_s - self._zero_s)
 
     def _promised_s(self, seconds: float | None) -> float | None:
         """The length that the track declares; elsewhere FFmpeg guesses it from the bit rate."""
         kind = self._file.format.name
         if kind.startswith("mov") or (kind == "mp3" and _has_frame_count(self._path)):
             return seconds
-        if not kind.startswith("matroska"):
+        if not self._is_matroska:
             return None
         with contextlib.suppress(KeyError, ValueError):
             hours, minutes, rest = self._stream.metadata["DURATION"].split(":")
             stated = float(hours) * 3600 + float(minutes) * 60 + float(rest)
             if 0 <= stated < 1e9:
-                return stated
+                return self._from_zero(stated)
         return seconds if len(self._file.streams) == 1 else None
 
     def blocks(self, size: int) -> Iterator[Float32Array]:
@@ -250,17 +263,26 @@ class ContainerDecoder:
 
         # Packed samples: PyAV reads planes of more than eight channels from where none are.
         resampler = av.AudioResampler(format="flt", rate=self.info.sample_rate)
-        early = None
+        early, place, gaps = None, 0.0, 0
+        is_timed = self._file.format.name != "avi"  # which counts packets
         try:
             for frame in self._frames():
                 channels = frame.layout.nb_channels
                 if early is None:
                     early = self._early(frame)
+                    place = float(-early)
                     yield from self._silence(-early, channels, size)
+                late = round(-self._early(frame) - place)
+                if late > GAP_S * self.info.sample_rate and is_timed and not self.notes:
+                    yield from self._silence(late, channels, size)
+                    gaps, place = gaps + late, place + late
+                place += frame.samples * self.info.sample_rate / frame.sample_rate
                 for ready in resampler.resample(frame):
                     piece = ready.to_ndarray().reshape(-1, channels).astype(np.float32, copy=False)
                     yield piece[max(0, early) :]
                     early = max(0, early - len(piece))
+            if gaps:
+                self.notes.append(GAPS.format(gaps / self.info.sample_rate))
         except AudioError:
             raise
         except Exception as error:  # PyAV has no common base for what a damaged file makes it raise
@@ -272,7 +294,7 @@ class ContainerDecoder:
         """Decoded frames; of MP3 files that were joined, without the tags between them."""
         for packet in self._file.demux(self._stream):
             if self.info.codec.startswith("mp3") and bytes(packet)[:3] == b"ID3":
-                self.joined, self.promised = JOINED, None
+                self.notes, self.promised = [JOINED], None
             else:
                 yield from packet.decode()
 

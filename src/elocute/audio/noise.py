@@ -29,6 +29,8 @@ def with_noise(speech: Waveform, noise: Float32Array, gain_db: float) -> Wavefor
 
     Parameters
     ----------
+    speech : Waveform
+        What is said.
     noise : (sample,) float32
         At the speech's rate; repeated or cut to its length.
     gain_db : float

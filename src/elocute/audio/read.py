@@ -6,8 +6,10 @@ a header says is checked before anything is decoded.
 
 from __future__ import annotations
 
+import math
 import mmap
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, cast
@@ -30,6 +32,7 @@ from elocute.audio.decoders import (
     damaged,
 )
 from elocute.audio.wav_header import (
+    CHUNKS_MAX,
     LONG_UNKNOWN_FROM,
     UNKNOWN_FROM,
     WavHeader,
@@ -163,6 +166,8 @@ class AudioStream:
             For samples that are not finite or beyond ±100, an early end, or more than 24 hours.
         """
         done, channel = 0, self._channel
+        if self.info.tracks and self._track is None:
+            self.notes.append(SEVERAL.format(len(self.info.tracks)))
         header = read_wav_header(self.path)
         if header is not None and header.followers:
             self.notes.append(FOLLOWED.format("WAVE", header.followers))
@@ -178,8 +183,7 @@ class AudioStream:
                 raise _too_long(self.path, done / self.sample_rate)
             mono = chosen[:, 0] if chosen.shape[1] == 1 else chosen.mean(axis=1)
             yield np.ascontiguousarray(mono, np.float32)
-        if self._decoder.joined:
-            self.notes.append(self._decoder.joined)
+        self.notes += self._decoder.notes
         promised = self._decoder.promised
         if promised is not None and done < promised - self._decoder.slack:
             if not self._partial:
@@ -216,7 +220,8 @@ class AudioStream:
         return channel
 
 
-FOLLOWED = "{} files behind the first, {}, are left out: join their sounds, not the files"
+FOLLOWED = "{} parts behind the first, {}, are left out: join their sounds, not the files"
+SEVERAL = "of {} audio tracks the first is taken: `track` takes another"
 CANCEL_S = 60.0
 """Seconds of sound, without silence, from which it is judged whether channels cancel."""
 CANCELLED = 0.05
@@ -410,7 +415,7 @@ def open_decoder(path: Path, track: int | None = None, partial: bool = False) ->
     except soundfile.LibsndfileError:
         return ContainerDecoder(path, track, partial)
     if joined:  # FFmpeg would leave out some of it where they meet
-        opened.joined = FOLLOWED.format("FLAC", "one or more")
+        opened.notes.append(FOLLOWED.format("FLAC", "one or more"))
     if header and part is not None and header.promised_bytes is not None:
         opened.promised = header.promised_bytes // part.frame_bytes
     if track is not None:
@@ -450,22 +455,50 @@ def _check_wav(path: Path, header: WavHeader, partial: bool) -> bool:
 
 
 def _check_outer_size(path: Path, head: bytes) -> None:
-    """Refuse AIFF, RIFX, Wave64 and Ogg files cut short: libsndfile would not say so."""
-    present = path.stat().st_size
-    if head[:4] == b"RIFX" or (head.startswith(b"FORM") and head[8:11] == b"AIF"):
-        promised = int.from_bytes(head[4:8], "big") + 8
-        if promised - 8 >= UNKNOWN_FROM:
-            return
+    """Refuse what libsndfile would not say of many kinds of files: that they were cut short."""
+    present, start = path.stat().st_size, 0
+    known = UNKNOWN_FROM
+    if head[:4] in (b"RIFX", b"FORM"):
+        start, size = 8, int.from_bytes(head[4:8], "big")
+    elif head.startswith(b".snd"):
+        start, size = (int.from_bytes(head[at : at + 4], "big") for at in (4, 8))
     elif head.startswith(b"riff") and len(head) == 24:
-        promised = int.from_bytes(head[16:24], "little")
-        if promised >= LONG_UNKNOWN_FROM:
-            return
+        size, known = int.from_bytes(head[16:24], "little"), LONG_UNKNOWN_FROM
     elif head.startswith(b"OggS"):
-        promised = present + _missing_of_last_page(path)
+        size, known = present + _missing_of_last_page(path), LONG_UNKNOWN_FROM
+    elif head.startswith(b"caff"):
+        size, known = _caf_bytes(path), LONG_UNKNOWN_FROM
+    elif head.startswith(b"NIST"):
+        size = _sphere_bytes(path)
     else:
         return
-    if promised > present + 1:  # one byte of padding may lack
-        raise cut_off(path, f"{present} of the {promised} bytes promised")
+    if size < known and start + size > present + 1:  # one byte of padding may lack
+        raise cut_off(path, f"{present} of the {start + size} bytes promised")
+
+
+def _caf_bytes(path: Path) -> int:
+    """Where the last chunk of a CAF file ends; beyond any file where its size is unknown."""
+    at, end = 8, path.stat().st_size
+    with path.open("rb") as file:
+        for _ in range(CHUNKS_MAX):
+            if at + 12 > end:
+                break
+            file.seek(at)
+            head = file.read(12)
+            at += 12 + int.from_bytes(head[4:], "big")
+    return at
+
+
+def _sphere_bytes(path: Path) -> int:
+    """How long a SPHERE file is by its header; 0 where that does not say."""
+    with path.open("rb") as file:
+        head = file.read(1024)
+    fields = dict(re.findall(rb"^(\w+) -i (\d{1,9})\s*$", head, re.MULTILINE))
+    parts = (b"sample_count", b"channel_count", b"sample_n_bytes")
+    if b"shorten" in head or not fields.keys() >= {*parts}:
+        return 0
+    length = re.match(rb"NIST_1A\s+(\d{1,9})\s", head)
+    return math.prod(int(fields[part]) for part in parts) + (int(length[1]) if length else 0)
 
 
 def _is_joined(path: Path, head: bytes) -> bool:

@@ -190,27 +190,29 @@ def _floats(samples: NDArray) -> NDArray:
     return (samples.astype(np.float32) - middle) / scale
 
 
-def _decoded(given: Any, choice: SoundChoice, notes: list[str]) -> Waveform:
+def _decoded(source: Any, choice: SoundChoice, notes: list[str]) -> Waveform:
     """Through a temporary file, so that bytes are read and checked as files are."""
-    subject = "sound" if not hasattr(given, "read") else str(getattr(given, "name", "file object"))
+    subject = (
+        "sound" if not hasattr(source, "read") else str(getattr(source, "name", "file object"))
+    )
     with tempfile.TemporaryDirectory(prefix="elocute-") as folder:
         path = Path(folder) / "sound"
-        _spool(given, path, subject)
+        _spool(source, path, subject)
         try:
             return _read_whole(path, subject, choice, notes)
         except AudioError as error:
             raise AudioError(str(error).replace(str(path), subject)) from None
 
 
-def _spool(given: Any, path: Path, subject: str) -> None:
+def _spool(source: Any, path: Path, subject: str) -> None:
     try:
         with path.open("wb") as file:
-            if isinstance(given, bytes | bytearray | memoryview):
-                _check_bytes(subject, len(memoryview(given).cast("B")))
-                file.write(given)
+            if isinstance(source, bytes | bytearray | memoryview):
+                _check_bytes(subject, len(memoryview(source).cast("B")))
+                file.write(source)
                 return
             count = reads = 0
-            while chunk := given.read(CHUNK):
+            while chunk := source.read(CHUNK):
                 if not isinstance(chunk, bytes | bytearray | memoryview):
                     raise AudioError.about(
                         subject,

@@ -33,7 +33,7 @@ class WavHeader:
 
     orderly: every chunk lies within the file, and every part of a list within its list. plain:
     nothing stands before RIFF, and odd chunks are padded. format: the content of `fmt `; fact: that
-    of `fact`, or nothing; data_at: where the sound begins. followers: further files behind it.
+    of `fact`, or nothing; data_at: where the sound begins. followers: further sounds behind it.
     """
 
     channels: int
@@ -75,7 +75,7 @@ def read_wav_header(path: Path) -> WavHeader | None:
         plain = before == 0
         for name, size, padded in _chunks(file):
             end = file.tell() + size
-            followers += name in (b"RIFF", b"RF64") and data_part is not None
+            followers += name in (b"RIFF", b"RF64", b"data") and data_part is not None
             plain = plain and padded
             if name == b"ds64" and size >= 24:
                 body = file.read(16)

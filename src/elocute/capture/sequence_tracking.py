@@ -61,20 +61,22 @@ class FrameRecord:
     notes: tuple[str, ...] = ()
 
 
-def write_frame(path: Path, key: str, record: FrameRecord, found: Registration | None) -> None:
+def write_frame(
+    path: Path, key: str, record: FrameRecord, registration: Registration | None
+) -> None:
     """One .npz; key says which template and settings it belongs to. Raises OutputError."""
     texts = {"version": VERSION, "key": key, **asdict(record)}
     arrays: dict[str, NDArray[Any]] = {
         "record": np.frombuffer(json.dumps(texts).encode(), np.uint8)
     }
-    if found is not None:
+    if registration is not None:
         arrays |= {
-            "zero": found.zero.astype(np.float32),
-            "offsets": found.offsets.astype(np.float32),
-            "identity": found.parameters.identity,
-            "expression": found.parameters.expression,
-            "translation": found.parameters.pose.translation,
-            "turns": found.parameters.pose.turns,
+            "zero": registration.zero.astype(np.float32),
+            "offsets": registration.offsets.astype(np.float32),
+            "identity": registration.parameters.identity,
+            "expression": registration.parameters.expression,
+            "translation": registration.parameters.pose.translation,
+            "turns": registration.parameters.pose.turns,
         }
     write_npz(path, arrays)
 

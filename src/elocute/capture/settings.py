@@ -60,7 +60,7 @@ class BatchSettings:
     template: str | None = setting(
         None,
         choices=TEMPLATES,
-        help="What nicp starts from: adaptive, the neutral face with the expression that the "
+        help="Shape that nicp starts from: adaptive, the neutral face with the expression that the "
         "landmarks show (the default), or fixed, the neutral face.",
     )
 

@@ -35,13 +35,13 @@ class ExplainedCommand(TyperCommand):
         self._refuse_empty_names(ctx, words)
         return rest
 
-    def _refuse_empty_names(self, ctx: Any, given: list[str]) -> None:
+    def _refuse_empty_names(self, ctx: Any, words: list[str]) -> None:
         """An empty name, as of a variable of the shell that is not set, would be the folder here.
 
         Raises InputError.
         """
-        empty = any(not word or (word.startswith("--") and word.endswith("=")) for word in given)
-        if "." in given or not empty:
+        empty = any(not word or (word.startswith("--") and word.endswith("=")) for word in words)
+        if "." in words or not empty:
             return
         for parameter in self.params:
             value = ctx.params.get(parameter.name or "")

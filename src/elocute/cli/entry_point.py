@@ -286,15 +286,15 @@ class _Interrupts:
         elif now - self._first_s > PATIENCE_S:
             os._exit(128 + self.number)
 
-    def _unraisable(self, told: Any) -> None:
+    def _unraisable(self, unraisable: Any) -> None:
         """Python drops what is raised in a finaliser or a callback: interrupt again, elsewhere.
 
         Finalisers of files that an interruption left open may complain; nobody wrote to those.
         """
-        if issubclass(told.exc_type, Interrupted):
+        if issubclass(unraisable.exc_type, Interrupted):
             self._raise_later()
         elif not self.number:
-            self._hook(told)
+            self._hook(unraisable)
 
     def _raise_later(self) -> None:
         later = threading.Timer(LATER_S, self._raise_again)

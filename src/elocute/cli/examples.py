@@ -11,6 +11,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "animate clips/ -o out/ --format glb --format csv",
         "animate - -o - --format json < speech.wav > talk.json",
     ),
+    "a2f": ("a2f", "a2f --port 52001 --mood happy"),
     "live": (
         "live speech.wav --to livelink",
         "live mic --to vmc --to json=127.0.0.1:9000 --mood happy",
@@ -138,6 +139,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "study simulate": ("study simulate study.toml -o answers.csv --people 40 --level rules=0.5",),
     "study export": ("study export study/ -o answers.csv",),
+    "studio": (
+        "studio takes/",
+        "studio takes/line.elocute.json --no-open",
+        "studio takes/ --export pages/",
+    ),
     "words": ("words segment reading.wav --text-file reading.txt -o words.json",),
     "words segment": ("words segment reading.wav --text-file reading.txt -o words.json",),
     "words check": ("words check words.json reading.wav -o look.html --textgrid edit.TextGrid",),

@@ -32,4 +32,6 @@ def _flags(parameters: Iterable[Any]) -> Iterator[tuple[str, str]]:
         for flag in parameter.opts:
             if flag.startswith("--"):
                 yield parameter.name, flag
+                if parameter.name == "into":  # which says of a .glb that takes are added
+                    yield "add", flag
                 break

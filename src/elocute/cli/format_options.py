@@ -29,6 +29,8 @@ _KNOWN: dict[str, tuple[type, Any, Setting]] = {
     for field, about in settings_of(each.options)
 }
 """Every option of any format: its class, default and what is known of it."""
+INTO = "into"
+"""Beside options of formats: the file that takes are added to; a command says `add` so."""
 SIZE = _KNOWN["size"][2]
 SIZE_HELP = f"{SIZE.text} Written as 800, 1280x720, {', '.join(SIZES)}."
 
@@ -46,6 +48,8 @@ class _FormatSettingsGroup:
     def options(self) -> dict[str, tuple[Any, Any]]:
         parameters: dict[str, tuple[Any, Any]] = {}
         for name, (cls, default, about) in _KNOWN.items():
+            if name == "add":  # said by naming the file
+                continue
             kind = str if name == "size" else types_of(cls)[name][0]
             text = SIZE_HELP if name == "size" else about.text
             shown = "800" if name == "size" else default
@@ -66,14 +70,19 @@ def check_format_settings(outputs: Iterable[Path], format_settings: FormatSettin
     for target in outputs:
         format_options(target, settings_for_format(target, format_settings))
     for name, value in format_settings.items():
-        if outputs and not any(settings_for_format(target, {name: value}) for target in outputs):
+        if (
+            name != INTO
+            and outputs
+            and not any(settings_for_format(target, {name: value}) for target in outputs)
+        ):
             format_options(outputs[0], {name: value})
 
 
 def settings_for_format(target: Path, format_settings: FormatSettings) -> FormatSettings:
     """The options among these that the format of `target` has."""
     known = WRITERS[check_suffix(target)].option_names()
-    return {name: value for name, value in format_settings.items() if name in known}
+    chosen = {name: value for name, value in format_settings.items() if name in known}
+    return chosen | ({"add": True} if target == format_settings.get(INTO) else {})
 
 
 def parse_size(text: str) -> tuple[int, int]:

@@ -3,72 +3,59 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from elocute.cli.flags import in_flags
+from elocute.cli.settings_options import options_of
 from elocute.errors import InputError
+from elocute.settings import setting
 
 if TYPE_CHECKING:
     from elocute.speech.times.write import TimedSpeech
 
 TEXT_MAX_BYTES = 1_000_000
-Phones = typer.Option(
-    None,
-    "--phones",
-    help="File of known times of phones or words, used instead of the recognised phones: "
-    "TextGrid, CTM, CSV, or JSON of a speech engine.",
-)
-PhoneSet = typer.Option(
-    "auto",
-    "--phone-set",
-    help="How the phones of that file are written: arpabet, ipa, x-sampa, espeak, pinyin or "
-    "romaji; auto takes the one that knows them.",
-)
-Tier = typer.Option("", "--tier", help="Tier of that file to read, by its name or number from 1.")
-Speaker = typer.Option("", "--speaker", help="Whose tiers of that file to read.")
-Text = typer.Option(None, "--text", help="What is said: sharpens the phones, in their times.")
-TextFile = typer.Option(
-    None, "--text-file", help="File that holds what is said: a text, a script, .srt or .vtt."
-)
-Transcribe = typer.Option(
-    False,
-    "--transcribe",
-    help="Recognise the words, and take them as a text that is known; where it is unsure, the "
-    "sound decides.",
-)
-Recogniser = typer.Option(
-    None,
-    "--recogniser",
-    metavar="MODEL",
-    help="Whisper model that does it: a folder, or a name whose model this machine has. "
-    "[default: base]",
-)
-Language = typer.Option(
-    "auto",
-    "--language",
-    help="Language of what is said: de, fr, en-GB, zh-CN; auto is the one that is recognised, "
-    "for a text en-us.",
-)
 
 
 @dataclass(frozen=True)
 class KnownSpeechOptions:
     """--phones and what belongs to it, --text, --text-file, --transcribe and --language."""
 
-    phones: Path | None
-    phone_set: str
-    text: str | None
-    text_file: Path | None
-    language: str
-    tier: str = ""
-    speaker: str = ""
-    transcribe: bool = False
-    recogniser: str | None = None
+    phones: Path | None = setting(
+        None,
+        help="File of known times of phones or words, used instead of the recognised phones: "
+        "TextGrid, CTM, CSV, or JSON of a speech engine.",
+    )
+    phone_set: str = setting(
+        "auto",
+        help="How the phones of that file are written: arpabet, ipa, x-sampa, espeak, pinyin, "
+        "romaji, or as visemes of azure, polly, oculus, rhubarb or blair; auto takes the one that "
+        "knows them.",
+    )
+    tier: str = setting("", help="Tier of that file to read, by its name or number from 1.")
+    speaker: str = setting("", help="Whose tiers of that file to read.")
+    text: str | None = setting(None, help="What is said: sharpens the phones, in their times.")
+    text_file: Path | None = setting(
+        None, help="File that holds what is said: a text, a script, .srt or .vtt."
+    )
+    transcribe: bool = setting(
+        False,
+        help="Recognise the words, and take them as a text that is known; where it is unsure, the "
+        "sound decides.",
+    )
+    recogniser: str | None = setting(
+        None,
+        help="Whisper model that does it: a folder, or a name whose model this machine has. "
+        "[default: base]",
+    )
+    language: str = setting(
+        "auto",
+        help="Language of what is said: de, fr, en-GB, zh-CN; auto is the one that is recognised, "
+        "for a text en-us.",
+    )
 
     @property
     def files(self) -> list[Path]:
@@ -139,3 +126,8 @@ class KnownSpeechOptions:
         from elocute.speech.text.script_text import read_transcript
 
         return read_transcript(self.text_file, max_bytes=TEXT_MAX_BYTES)
+
+
+def options_of_known_speech(without: Iterable[str] = ()) -> Any:
+    """The default of a parameter that stands for all of them, but for those in `without`."""
+    return options_of(KnownSpeechOptions, without=without, flags={"transcribe": "--transcribe"})

@@ -12,6 +12,7 @@ from typing import Any
 
 from elocute.errors import InputError
 from elocute.files.delimited import DelimitedTable
+from elocute.files.names import DEVICES
 from elocute.files.reading import FileKind, read_text
 from elocute.models.take_settings import TakeSettings
 from elocute.numerics.frame_rates import frame_rate
@@ -30,10 +31,11 @@ SETTINGS = {
 """Settings of a take that a row may have, and their types; all takes of a table have one head."""
 NUMBERS = [name for name, kind in SETTINGS.items() if kind in ("float", "int") and name != "fps"]
 FILES = (".json", ".onnx")
-COLUMNS = ("id", "text", "audio", "language", "voice", "rate", "pitch", *SETTINGS)
+COLUMNS = (
+    *("id", "text", "audio", "language", "voice", "rate", "pitch", "action", "into"),
+    *SETTINGS,
+)
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
-# Names that Windows keeps for devices, whatever follows their first dot.
-DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.I)
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,8 @@ class Line:
     `text` is what is said, "" for a recording without a text. `audio` is a recording below the
     table's folder, "" where the text is spoken. `voice` speaks the text or says its language.
     `settings` are what is said of the take's settings, by name; an edit list lies below the table's
-    folder.
+    folder. `action` is what the take's animation is called, `into` the file in the folder of the
+    outputs that it is added to; "" leaves both to the command.
     """
 
     name: str
@@ -51,6 +54,8 @@ class Line:
     audio: str
     voice: VoiceSettings
     settings: dict[str, Any] = field(default_factory=dict)
+    action: str = ""
+    into: str = ""
 
 
 @dataclass(frozen=True)
@@ -66,8 +71,8 @@ def read_lines(path: str | Path, voice: VoiceSettings) -> list[Line | UnusableLi
     row alone.
 
     Commas, semicolons or tabs part its columns, which its first row names: `id`, `text` or `audio`
-    or both, and any of `language`, `voice`, `rate`, `pitch` and `SETTINGS`. Other columns are left
-    alone. An empty cell means what `voice` says.
+    or both, and any of `language`, `voice`, `rate`, `pitch`, `action`, `into` and `SETTINGS`. Other
+    columns are left alone. An empty cell means what `voice` says.
 
     Raises
     ------
@@ -133,7 +138,8 @@ def _line(
             raise InputError(f"id of row {before} too; allowed: each id once")
         return _checked(cells, voice)
     except InputError as error:
-        return UnusableLine(name[:100], f"row {number}: {error}")
+        where = f"row {number}: " if cells["id"] else ""
+        return UnusableLine(name[:100], f"{where}{error}")
 
 
 def _check_name(name: str) -> None:
@@ -163,7 +169,19 @@ def _checked(cells: dict[str, str], voice: VoiceSettings) -> Line:
             _whole(cells["pitch"], "pitch", voice.pitch),
         ),
         {column: _setting(column, cells[column]) for column in SETTINGS if cells[column]},
+        cells["action"],
+        _one_file(cells["into"]),
     )
+
+
+def _one_file(cell: str) -> str:
+    """The name of a .glb, or ""."""
+    name, suffix = cell[:-4], cell[-4:].lower()
+    if cell and (suffix != ".glb" or NAME.fullmatch(name) is None or DEVICES.fullmatch(cell)):
+        raise InputError.about(
+            "into", found=repr(cell[:60]), allowed="the plain name of a .glb, such as hero_all.glb"
+        )
+    return cell
 
 
 def _setting(column: str, cell: str) -> Any:

@@ -23,16 +23,16 @@ def take_option(name: str, default: Any = ...) -> Any:
     return option(TakeSettings, name, flag, default=default, completed=_NAMES.get(name))
 
 
-def contacts_measured(given: str) -> tuple[str, ...]:
+def contacts_measured(choice: str) -> tuple[str, ...]:
     """Which of off and auto are measured, in this order. Raises InputError."""
     known = setting_of(AnimationSettings, "contacts").choices
-    if given == "both":
+    if choice == "both":
         return "off", "auto"
-    if given not in known:
+    if choice not in known:
         raise InputError.about(
-            f"--contacts {given}", found="unknown", allowed=", ".join((*known, "both"))
+            f"--contacts {choice}", found="unknown", allowed=", ".join((*known, "both"))
         )
-    return (given,)
+    return (choice,)
 
 
 def _people() -> Iterable[str]:
@@ -79,8 +79,9 @@ Output = typer.Option(
     ...,
     "-o",
     "--output",
-    help="Where to write; the suffix chooses the format. Can be repeated.",
+    help="File or folder to write; the suffix chooses the format. Can be repeated.",
 )
+OutputUnlessInto = typer.Option([], *Output.param_decls, help=Output.help)
 Corpus = typer.Argument(..., help="A corpus folder.")
 Sound = typer.Argument(..., help="Sound or video file.")
 SoundsOfShards = typer.Argument(..., help="Folder to which the paths of their sounds are relative.")
@@ -110,14 +111,6 @@ Listen = typer.Option(
     help="The sound is a partner's: the face listens (looks at them, nods where their phrases end) "
     "and its lips rest.",
 )
-Hair = typer.Option(None, "--hair", help="Hair of the look: swept, crop, long, ponytail, …, none.")
-HairColour = typer.Option(None, "--hair-colour", help="Its colour: black, brown, blond, grey, …")
-Eyes = typer.Option(None, "--eyes", help="Irises of the look: brown, blue, green, grey, …")
-Brows = typer.Option(None, "--brows", help="Brows of the look: soft, straight, full, …, none.")
-Clothes = typer.Option(None, "--clothes", help="Clothes of the look: crew, roll, collar, none.")
-ClothesColour = typer.Option(
-    None, "--clothes-colour", help="Their colour: white, grey, black, navy, teal, rust, …"
-)
 Jobs = typer.Option(
     1, help="Number of processes for a table or many recordings; 0 takes all processors."
 )
@@ -126,6 +119,12 @@ Ray = typer.Option(
     "--ray",
     help="Run on a Ray cluster at HOST:PORT, or on a node of its own (local); --jobs is then the "
     "number of workers, 1 for all.",
+)
+Landmarks = typer.Option(
+    None,
+    help="The 68 landmarks of a scan or mesh (.json, .ljson, .pts, .pp, .npy or .txt), in its "
+    "unit. Without them they are detected, if the extra `video` is installed; otherwise only the "
+    "surface is used.",
 )
 Split = typer.Option("default", help="Name of the split of the corpus.")
 Table = typer.Option(

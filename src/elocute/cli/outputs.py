@@ -67,9 +67,11 @@ def plan_motion(
     from elocute.render.background import background_file
 
     check_suffix(target)
-    behind = background_file(settings_for_format(target, format_settings).get("background"))
-    plan.add(target, source, *([] if behind is None else [behind]))
-    for side in side_files(target, sound, embed_audio=_embeds(format_settings), cut=cut):
+    chosen = settings_for_format(target, format_settings)
+    behind = background_file(chosen.get("background"))
+    grown = chosen.get("add", False)
+    plan.add(target, source, *([] if behind is None else [behind]), grown=grown)
+    for side in side_files(target, sound, chosen, cut=cut):
         plan.add(side, sound or source, beside=target)
 
 
@@ -86,10 +88,10 @@ def write_motion(
     """Write what `plan_motion` planned; words: those that are known, with their times in s."""
     from elocute.export.registry import side_files, write
 
-    sides = side_files(target, sound, embed_audio=_embeds(format_settings))
+    more = settings_for_format(target, format_settings)
+    sides = side_files(target, sound, more)
     heard = sound if all(map(plan.wants, sides)) else None
     with plan.writing(target):
-        more = settings_for_format(target, format_settings)
         write(motion, target, sound=heard, words=words, overwrite=True, progress=progress, **more)
 
 
@@ -117,11 +119,16 @@ def write_motions(
         if not quiet:
             print(target)
     if sound is None:
-        warn_of_silence(targets, silence)
+        alone = [each for each in targets if _could_sound(each, format_settings)]
+        warn_of_silence(alone, silence)
 
 
-def _embeds(format_settings: FormatSettings) -> bool:
-    return format_settings.get("embed_audio", False)
+def _could_sound(target: Path, format_settings: FormatSettings) -> bool:
+    """Whether an output could carry the sound: one of many takes, or a take alone, never does."""
+    from elocute.export.registry import WITHOUT_SOUND_BESIDE
+
+    chosen = settings_for_format(target, format_settings)
+    return chosen.get("embed_audio") or not any(map(chosen.get, WITHOUT_SOUND_BESIDE))
 
 
 def warn_of_silence(targets: Iterable[Path], remedy: str) -> None:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from elocute.cli.format_options import FormatSettings
+from elocute.cli.format_options import INTO, FormatSettings, settings_for_format
+from elocute.cli.one_file import has_take
 from elocute.cli.outputs import write_motion
 from elocute.cli.pipes import PIPE
 from elocute.cli.takes import named_inputs
@@ -21,7 +22,8 @@ from elocute.speech.voices.settings import VoiceSettings
 
 if TYPE_CHECKING:
     from elocute.animation import Animation
-    from elocute.cli.line_table import Line
+    from elocute.cli.line_table import Line, UnusableLine
+    from elocute.jobs.pool import Pool
 
 
 def spoken_source(text: str, voice: VoiceSettings, settings: Mapping[str, Any]) -> str:
@@ -46,9 +48,9 @@ def plan_take(
     from elocute.export.registry import check_suffix, side_files
 
     check_suffix(target)
-    plan.add(target, *sources)
-    embeds = format_settings.get("embed_audio", False)
-    for side in side_files(target, sound or PIPE, embed_audio=embeds):
+    chosen = settings_for_format(target, format_settings)
+    plan.add(target, *sources, grown=chosen.get("add", False))
+    for side in side_files(target, sound or PIPE, chosen):
         plan.add(side, *sources, beside=target)
 
 
@@ -63,6 +65,7 @@ class TableRun:
     format_settings: FormatSettings
     overwrite: bool
     no_clobber: bool
+    into: Path | None = None  # the file that takes are added to, but where a line names another
 
     def file_of(self, name: str, cell: str, allowed: str) -> Path | None:
         """A file that a cell names, below the table's folder; None for an empty cell."""
@@ -74,7 +77,21 @@ class TableRun:
         return self.file_of(line.audio, "audio", "a sound file")
 
     def targets(self, line: Line) -> list[Path]:
-        return [self.folder / f"{line.name}.{kind.lstrip('.')}" for kind in self.formats]
+        into = self.into_of(line)
+        files = [self.folder / f"{line.name}.{kind.lstrip('.')}" for kind in self.formats]
+        return files + ([] if into is None else [into])
+
+    def into_of(self, line: Line) -> Path | None:
+        """The file that a line's take is added to; None for none."""
+        return self.folder / line.into if line.into else self.into
+
+    def formats_of(self, line: Line) -> FormatSettings:
+        """Options of the formats of a line's outputs."""
+        into, action = self.into_of(line), line.action
+        chosen = dict(self.format_settings)
+        if into is not None:
+            chosen |= {INTO: into, "action": action or line.name}
+        return chosen | ({"action": action} if action else {})
 
     def settings_of(self, line: Line) -> dict[str, Any]:
         """Those of the command, but for what the line says."""
@@ -91,6 +108,21 @@ class FolderRun(TableRun):
         return Path(line.audio)
 
 
+def check_one_worker(run: TableRun, lines: Sequence[Line | UnusableLine], pool: Pool) -> None:
+    """Raise InputError where several workers would add to one file."""
+    from elocute.cli.line_table import Line
+    from elocute.jobs.pool import one_after_another
+
+    into = [run.into_of(line) for line in lines if isinstance(line, Line)]
+    if any(into) and pool is not one_after_another:
+        raise InputError.about(
+            "--jobs",
+            found=f"takes that are added to {next(each for each in into if each)}",
+            allowed="one worker for these",
+            remedy="leave --jobs and --ray out",
+        )
+
+
 def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
     """Make the take of one line: what was written, what was there already.
 
@@ -99,7 +131,14 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
     line, run = task
     settings = run.settings_of(line)
     sound = run.sound_of(line)
-    made_from = {**settings, **run.format_settings}
+    formats = run.formats_of(line)
+    if sound is None and INTO in formats:
+        raise InputError.about(
+            "into",
+            found="a text that is spoken, whose sound has no place there",
+            allowed="a line with a recording",
+        )
+    made_from = {**settings, **formats}
     if settings["edits"] is not None:
         from elocute.motion.edits.edit_list import EDITS_FILE
 
@@ -116,11 +155,15 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
     ]
     plan, done = OutputPlan(inputs), []
     for target in run.targets(line):
-        if _is_made(target, source):
+        if target == formats.get(INTO):
+            made = has_take(target, formats)
+        else:
+            made = _is_made(target, source)
+        if made:
             done.append(target)
         else:
             plan.make_folder(target.parent)
-            plan_take(plan, target, source, sound=sound, format_settings=run.format_settings)
+            plan_take(plan, target, source, sound=sound, format_settings=formats)
     plan.check(overwrite=run.overwrite, no_clobber=run.no_clobber)
     wanted = plan.wanted([target for target in run.targets(line) if target not in done])
     record: dict[str, Any] = {"id": line.name, "outputs": [str(target) for target in wanted]}
@@ -138,7 +181,7 @@ def make_take(task: tuple[Line, TableRun]) -> dict[str, Any]:
             sound=animation.sound,
             words=animation.words,
             progress=None,
-            format_settings=run.format_settings,
+            format_settings=formats,
         )
     record["duration_s"] = round(animation.motion.duration_s, 4)
     if animation.notes:

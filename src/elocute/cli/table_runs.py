@@ -79,6 +79,7 @@ def run_lines(
     from elocute.jobs.pool import FailedTask
 
     named = [run.folder / f"x.{kind.lstrip('.')}" for kind in run.formats]
+    named += [] if run.into is None else [run.into]
     check_format_settings(named, run.format_settings)
     check_character_formats(dict(run.settings), named, run.format_settings)
     prepare_folder(run.folder, resume=True)

@@ -18,7 +18,7 @@ from elocute.cli.outputs import write_motion
 from elocute.cli.pipes import PIPE, STDOUT, to_stdout
 from elocute.cli.progress import counted, progress_bar
 from elocute.errors import printable
-from elocute.export.registry import check_character
+from elocute.export.registry import WRITERS, check_character, check_suffix
 from elocute.files.output_plan import OutputPlan
 from elocute.meshes.gltf_document import SUFFIXES as CHARACTER_SUFFIXES
 from elocute.models.take_settings import TakeSettings
@@ -91,7 +91,10 @@ def check_edits(settings: TakeChoices) -> None:
 def check_character_formats(
     settings: TakeChoices, targets: Iterable[Path], format_settings: FormatSettings
 ) -> None:
-    """Raise OutputError for a format that cannot hold the head, before anything is computed."""
+    """Raise OutputError for a format that cannot hold the head, before anything is computed.
+
+    HeadError for a character that is to be drawn and cannot be.
+    """
     head = Path(settings["head"])
     if head.suffix.lower() in CHARACTER_SUFFIXES:
         from elocute.adoption.registry import open_speaking_head
@@ -105,6 +108,10 @@ def check_character_formats(
         return
     for target in targets:
         check_character(opened, target, settings_for_format(target, format_settings))
+    if opened.character is not None and any(WRITERS[check_suffix(each)].draws for each in targets):
+        from elocute.export.drawn_character import placement
+
+        placement(opened.character)
 
 
 def named_target(target: Path, formats: Sequence[str]) -> Path:

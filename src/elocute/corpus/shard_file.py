@@ -115,12 +115,12 @@ def shard_fault(path: Path, entry: ShardEntry, components: int) -> str | None:
         return "another checksum than the manifest's: truncated or altered"
     try:
         with _opened(path) as file:
-            rows, found = file.metadata.num_rows, file.schema_arrow
+            rows, schema = file.metadata.num_rows, file.schema_arrow
     except CorpusError as error:
         return str(error)
     if rows != entry.rows:
         return f"{rows} rows instead of {entry.rows}"
-    same = _plain_types(found).equals(shard_schema(components))
+    same = _plain_types(schema).equals(shard_schema(components))
     return None if same else "other columns than a shard has"
 
 
@@ -205,13 +205,13 @@ def _unreadable(path: Path, error: Exception) -> CorpusError:
     return CorpusError.about(path, found=f"no Parquet file ({reason})", allowed="a shard")
 
 
-def _plain_types(found: Any) -> Any:
+def _plain_types(schema: Any) -> Any:
     """A schema as it is stored: texts that were asked for as dictionaries are texts."""
     import pyarrow as pa
 
     fields = [
         field.with_type(field.type.value_type) if pa.types.is_dictionary(field.type) else field
-        for field in found
+        for field in schema
     ]
     return pa.schema(fields)
 

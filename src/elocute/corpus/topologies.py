@@ -30,6 +30,8 @@ class Topology:
     rates: tuple[float, ...]  # frames per second that folders of it have, the usual one first
     # Regions of vertices (`lips`, `upper_face`), and where each was published.
     published: dict[str, str]
+    # Middles of upper and lower lip between which their distance was published.
+    lip_middles: tuple[int, int] | None = None
 
 
 FLAME = Topology(
@@ -38,6 +40,7 @@ FLAME = Topology(
     5023,
     (60.0, 30.0),
     {"lips": "FaceDiffuser vocaset/lve", "upper_face": "FaceDiffuser vocaset/fdd"},
+    (3531, 3504),
 )
 BIWI = Topology(
     "biwi",

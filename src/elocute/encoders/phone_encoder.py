@@ -14,7 +14,8 @@ from elocute.audio.waveform import Waveform
 from elocute.encoders.phones_and_visemes import PHONES
 from elocute.encoders.protocol import FEATURE_RATE, as_features, encoder_samples
 from elocute.encoders.trunk import (
-    AHEAD,
+    WHOLE,
+    Pace,
     TrunkNetwork,
     TrunkRows,
     TrunkStream,
@@ -30,8 +31,8 @@ class PhoneEncoder:
     ----------
     path : str or Path, optional
         The trunk's file; the shipped one by default.
-    ahead : int
-        Rows of 20 ms that each layer sees ahead.
+    pace : Pace
+        How soon it answers.
 
     Raises
     ------
@@ -39,14 +40,14 @@ class PhoneEncoder:
         When it is first used: for a file that is missing or no trunk.
     """
 
-    def __init__(self, path: str | Path | None = None, ahead: int = AHEAD) -> None:
-        self.ahead = ahead
+    def __init__(self, path: str | Path | None = None, pace: Pace = WHOLE) -> None:
+        self.pace = pace
         self.network = builtin_trunk() if path is None else TrunkNetwork(path)
 
     @property
     def lookahead_s(self) -> float:
         """How much later than an output's own time the sound must be known."""
-        return trunk_lookahead_s(self.network, self.ahead)
+        return trunk_lookahead_s(self.network, self.pace)
 
     def encode(self, samples: Float32Array) -> Float32Array:
         """(sample,) at 16 kHz to (ceil(sample / 320), 40) log-posteriors at 50 Hz."""
@@ -55,7 +56,7 @@ class PhoneEncoder:
 
     def stream(self) -> PhoneStream:
         """The same in pieces."""
-        return PhoneStream(TrunkStream(self.network, self.ahead))
+        return PhoneStream(TrunkStream(self.network, self.pace))
 
 
 class PhoneStream:

@@ -168,10 +168,10 @@ def _check_frames(path: Path, config: dict[str, Any]) -> None:
         raise InputError.about(path, found=found, allowed=f"a frame every {HOP} samples")
 
 
-def _are_sizes(given: Any) -> bool:
-    if not isinstance(given, list) or not 0 < len(given) <= 16:
+def _are_sizes(sizes: Any) -> bool:
+    if not isinstance(sizes, list) or not 0 < len(sizes) <= 16:
         return False
-    return all(type(size) is int and 0 < size <= 4096 for size in given)
+    return all(type(size) is int and 0 < size <= 4096 for size in sizes)
 
 
 def least_bytes(config: dict[str, Any]) -> int:

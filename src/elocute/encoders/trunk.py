@@ -32,14 +32,9 @@ MOUTH_FIELDS = ("opening", "width", "protrusion", "jaw", "upper_lip", "lower_lip
 """Deviations from a person's mean; whether the lips are shut as a logit."""
 ROW_SAMPLES = round(SPEECH_RATE / FEATURE_RATE)
 CONTEXT = 2  # frames of 10 ms on both sides of a row
-BLOCK_ROWS = 4  # that are attended together; how many blocks a run has changes nothing
-LIVE_AHEAD, LIVE_BLOCK_ROWS = 1, 2  # of a stream whose frames are wanted at once
 RUN_BLOCKS = 64  # at most, so that memory stays bounded
-KEPT = ("rows", "queries", "keys", "values")
 REST_ROWS = 10  # of silence put before and after
 FAR = np.float32(-1e4)
-AHEAD = 4
-"""Rows that each layer sees ahead."""
 SILENT_DECADES = 4.5
 """Sound 45 dB below the loudest so far is no speech, but the noise of a room or street."""
 QUIET_ROWS = 10  # on both sides, of which none may be louder: a stop is no rest
@@ -51,11 +46,40 @@ SIZES_MAX = {
     "history": 1500,
     "period": 3000,
     "mouth_ahead": 100,
+    "live_late": 100,
+    "live_channels": 1024,
     "mouth_channels": 1024,
     "phone_channels": 1024,
     "reach": 200,
 }
 """Whole numbers that the record of a trunk has, and the most that each may be."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How soon a trunk answers.
+
+    Parameters
+    ----------
+    ahead : int
+        Rows that each layer sees ahead.
+    block_rows : int
+        Rows that are attended together; how many blocks a run has changes nothing.
+    together : int
+        Frames of 10 ms whose bands are computed together.
+    live : bool
+        Whether the head tells the mouth that was taught to be soon, with one row ahead a layer.
+    """
+
+    ahead: int = 4
+    block_rows: int = 4
+    together: int = whisper_mel.TOGETHER
+    live: bool = False
+
+
+WHOLE = Pace()
+LIVE_PACES = tuple(Pace(1, rows, whisper_mel.LIVE_TOGETHER, live=True) for rows in (8, 4, 2))
+"""Where sound is answered at once, the cheapest first."""
 
 
 class TrunkNetwork:
@@ -115,7 +139,7 @@ class TrunkNetwork:
             ) from error
         outputs = dict(zip(self._outputs, answers, strict=True))
         rows = len(inputs["positions"])
-        for name, columns in self.answers.items():
+        for name, columns in (*self.answers.items(), ("live_mouth", len(MOUTH_FIELDS))):
             answer = outputs.get(name)
             if answer is None or answer.shape != (rows, columns) or not np.isfinite(answer).all():
                 raise ModelError.about(
@@ -148,43 +172,27 @@ def builtin_trunk() -> TrunkNetwork:
     return TrunkNetwork(SHIPPED_PATH)
 
 
-@dataclass(eq=False)
-class _Layer:
-    """What a layer keeps: rows that wait for what comes, and what they may look back to."""
-
-    rows: Float32Array
-    queries: Float32Array
-    keys: Float32Array
-    values: Float32Array
-
-
-def trunk_lookahead_s(
-    network: TrunkNetwork | None = None, ahead: int = AHEAD, *, live: bool = False
-) -> float:
+def trunk_lookahead_s(network: TrunkNetwork | None = None, pace: Pace = WHOLE) -> float:
     """How much later than a row's own time the sound must be known, s, its block included.
 
     Of the trunk that ships where none is given.
     """
-    ahead, block, together = _pace(ahead, live)
-    late = max(_rows_late((network or builtin_trunk()).record, ahead).values())
-    return whisper_mel.lookahead_s(together) + CONTEXT / 100 + (late + block) / FEATURE_RATE
+    late = max(_rows_late((network or builtin_trunk()).record, pace).values())
+    heard_s = whisper_mel.lookahead_s(pace.together) + CONTEXT / 100
+    return heard_s + (late + pace.block_rows) / FEATURE_RATE
 
 
-def _pace(ahead: int, live: bool) -> tuple[int, int, int]:
-    """Rows that a layer sees ahead, rows of a block, and frames that are computed together."""
-    if live:
-        return LIVE_AHEAD, LIVE_BLOCK_ROWS, whisper_mel.LIVE_TOGETHER
-    return ahead, BLOCK_ROWS, whisper_mel.TOGETHER
+def live_pace(network: TrunkNetwork, within_s: float) -> Pace:
+    """The cheapest pace whose look-ahead is within so many seconds, or else the quickest."""
+    soon = [pace for pace in LIVE_PACES if trunk_lookahead_s(network, pace) <= within_s + 1e-6]
+    return soon[0] if soon else LIVE_PACES[-1]
 
 
-def _rows_late(record: dict[str, Any], ahead: int) -> dict[str, int]:
+def _rows_late(record: dict[str, Any], pace: Pace) -> dict[str, int]:
     """Rows by which each answer is late."""
-    hidden = record["mouth_layer"] * ahead
-    return {
-        "hidden": hidden,
-        "mouth": max(hidden + record["mouth_ahead"], record["layers"] * ahead),
-        "phones": record["layers"] * ahead,
-    }
+    hidden, phones = (record[name] * pace.ahead for name in ("mouth_layer", "layers"))
+    mouth = record["live_late"] if pace.live else max(hidden + record["mouth_ahead"], phones)
+    return {"hidden": hidden, "mouth": mouth, "phones": phones}
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,37 +229,35 @@ class TrunkRows:
 class TrunkStream:
     """Push sound at 16 kHz, take rows as soon as they are certain; flush at the end.
 
-    Each layer sees `ahead` rows ahead; a `live` stream gives rows as soon as they can be, and its
-    layers see little ahead. Raises ModelError for a network of another form.
+    Raises ModelError for a network of another form.
     """
 
-    def __init__(self, network: TrunkNetwork, ahead: int = AHEAD, *, live: bool = False) -> None:
+    def __init__(self, network: TrunkNetwork, pace: Pace = WHOLE) -> None:
         self._network, record = network, network.record
-        ahead, self._block, together = _pace(ahead, live)
+        self._block, ahead = pace.block_rows, pace.ahead
         self._ahead, self._history, self._layers = ahead, record["history"], record["layers"]
         self._window = self._history + ahead + self._block  # rows that a block may look at
-        late = _rows_late(record, ahead)
+        late = _rows_late(record, pace)
         self._late = max(late.values())  # rows by which the answers are late
         self._waiting = {  # for the last of them
             name: _nothing(self._late - late[name], columns)
             for name, columns in network.answers.items()
         }
         width, kept = record["width"], self._history + ahead
-        self._state = [
-            _Layer(
-                _nothing(ahead, width),
-                _nothing(ahead, width),
-                _nothing(kept, width),
-                _nothing(kept, width),
-            )
-            for _ in range(self._layers)
-        ]
         # The mouth is predicted from both, of which one may have to wait for the other.
-        self._hidden = _nothing(late["mouth"] - record["mouth_ahead"] - late["hidden"], width)
-        self._last = _nothing(late["mouth"] - late["phones"], width)
-        self._mouth = _nothing(record["reach"], record["mouth_channels"])
-        self._phones = _nothing(record["reach"], record["phone_channels"])
-        self._mel = whisper_mel.WhisperMel(together)
+        mouth = late["hidden"] + record["mouth_ahead"]
+        self._kept = {
+            "hidden_before": _nothing(max(0, late["phones"] - mouth), width),
+            "last_before": _nothing(max(0, mouth - late["phones"]), width),
+        }
+        for head, kind in (("mouth", "mouth"), ("live_mouth", "live"), ("phones", "phone")):
+            channels = record[f"{kind}_channels"]
+            self._kept[f"{head}_before"] = _nothing(record["reach"], channels)
+        for number in range(self._layers):
+            self._kept[f"rows_{number}"] = self._kept[f"queries_{number}"] = _nothing(ahead, width)
+            self._kept[f"keys_{number}"] = self._kept[f"values_{number}"] = _nothing(kept, width)
+        self._told = "live_mouth" if pace.live else "mouth"
+        self._mel = whisper_mel.WhisperMel(pace.together)
         self._bands = np.full((CONTEXT, whisper_mel.BANDS), whisper_mel.LEAST, np.float32)
         self._samples = self._fed = 0
         self._total: int | None = None
@@ -300,25 +306,14 @@ class TrunkStream:
             "bands": self._bands[: 2 * rows + 2 * CONTEXT - 1],
             "positions": network.positions[places],
             "windows": starts[:, None] + np.arange(self._window),
-            "hidden_before": self._hidden,
-            "last_before": self._last,
-            "mouth_before": self._mouth,
-            "phones_before": self._phones,
+            **self._kept,
         }
-        for number, layer in enumerate(self._state):
-            for part in KEPT:
-                inputs[f"{part}_{number}"] = getattr(layer, part)
+        for number in range(self._layers):
             inputs[f"seen_{number}"] = self._seen(fed - number * self._ahead + starts)
         outputs = network.run(inputs)
-        for number, layer in enumerate(self._state):
-            for part in KEPT:
-                setattr(
-                    layer, part, _moved_on(getattr(layer, part), outputs[f"{part}_{number}_new"])
-                )
-        self._hidden = _moved_on(self._hidden, outputs["hidden"])
-        self._last = _moved_on(self._last, outputs["last_new"])
-        self._mouth = _moved_on(self._mouth, outputs["mouth_new"])
-        self._phones = _moved_on(self._phones, outputs["phones_new"])
+        outputs["hidden_new"], outputs["mouth"] = outputs["hidden"], outputs[self._told]
+        for name, kept in self._kept.items():
+            self._kept[name] = _moved_on(kept, outputs[f"{name.removesuffix('_before')}_new"])
         self._bands = self._bands[2 * rows :]
         self._fed += rows
         quiet, ready = self._quiet(rows)[:, None], dict[str, Float32Array]()

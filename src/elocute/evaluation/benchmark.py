@@ -11,6 +11,9 @@ MVE
 FDD
     For each upper-face vertex the standard deviation over time of its squared distance from the
     neutral face; true minus predicted, a mean over vertices, then over sequences.
+MTM
+    Frames between openings or closures that belong together (`lip_timing`), a mean over a
+    sequence, then over sequences that have any; where it is asked for.
 
 Of truth and prediction the longer one is cut, as FaceDiffuser's code does (CodeTalker's cuts the
 prediction alone, and fails where it is the shorter).
@@ -31,6 +34,7 @@ from elocute.evaluation.confidence_intervals import (
     mean_interval,
     ratio_interval,
 )
+from elocute.evaluation.lip_timing import lip_distance, temporal_misalignments
 from elocute.evaluation.metrics import (
     dynamics_deviation,
     lip_vertex_error,
@@ -40,7 +44,7 @@ from elocute.evaluation.vertex_regions import VertexRegion
 from elocute.motion.vertex_motion import MM, VertexMotion
 
 SIZES_DIFFER = 1.5  # how much larger one face may be than another in the same unit
-MEASURES = ("lve", "lve_distance", "mve", "fdd", "fdd_absolute", "fdd_paper")
+MEASURES = ("lve", "lve_distance", "mve", "fdd", "fdd_absolute", "fdd_paper", "mtm")
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +54,8 @@ class SequenceScore:
     frames: how many were compared. longer_by: by how many frames the prediction is longer than the
     truth; below 0 where it is shorter. lve, lve_distance: squared and plain lip vertex error for
     each list of lips. mve: mean vertex error. fdd, fdd_paper: FDD of squared distances and, as
-    CodeTalker's paper writes it, of distances.
+    CodeTalker's paper writes it, of distances. mtm: mean temporal misalignment in frames; None
+    where it was not asked for, or nothing belongs together.
     """
 
     prediction: Prediction
@@ -61,6 +66,7 @@ class SequenceScore:
     mve: float
     fdd: float
     fdd_paper: float
+    mtm: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +82,7 @@ class BenchmarkScore:
     sequences, frames : int
         How many files and frames were compared.
     intervals : dict of str to ConfidenceInterval
-        Of each of `MEASURES`, over sequences.
+        Of each of `MEASURES` that was counted, over sequences.
     """
 
     method: str
@@ -104,6 +110,7 @@ def score_predictions(
     upper_face: VertexRegion,
     every: int = 1,
     progress: Callable[[float], None] | None = None,
+    timing: tuple[int, int] | None = None,
 ) -> list[SequenceScore]:
     """Compare every prediction with its clip.
 
@@ -121,6 +128,8 @@ def score_predictions(
         Every Nth frame of the truth is compared.
     progress : callable, optional
         Called with the share that is done, 0 to 1.
+    timing : (int, int), optional
+        Middles of upper and lower lip, between which MTM is counted; needs the extra `wild`.
 
     Returns
     -------
@@ -148,6 +157,7 @@ def score_predictions(
                 predicted.frame_count - true.frame_count,
                 lips,
                 upper_face,
+                timing,
             )
         )
         if progress:
@@ -162,10 +172,16 @@ def _sequence_score(
     longer_by: int,
     lips: Sequence[VertexRegion],
     upper_face: VertexRegion,
+    timing: tuple[int, int] | None,
 ) -> SequenceScore:
     """Measures in the data's unit; those of `metrics` are in thousandths of it."""
     errors = [lip_vertex_error(predicted, true, each) for each in lips]
     fdd, _, fdd_of_squares = dynamics_deviation(predicted, true, upper_face)
+    apart = (
+        temporal_misalignments(*(lip_distance(each, timing) for each in (predicted, true)))
+        if timing
+        else []
+    )
     return SequenceScore(
         prediction,
         true.frame_count,
@@ -175,6 +191,7 @@ def _sequence_score(
         vertex_errors(predicted, true)[0] / MM,
         fdd_of_squares / MM**2,
         fdd / MM,
+        float(np.mean(apart)) if len(apart) else None,
     )
 
 
@@ -231,5 +248,7 @@ def benchmark_scores(
             "fdd_absolute": mean_interval([abs(score.fdd) for score in scores], seed),
             "fdd_paper": mean_interval([score.fdd_paper for score in scores], seed),
         }
+        if timed := [score.mtm for score in scores if score.mtm is not None]:
+            intervals["mtm"] = mean_interval(timed, seed)
         table.append(BenchmarkScore(method, region, len(scores), int(sum(frames)), intervals))
     return table

@@ -234,9 +234,9 @@ def _corpus_reader(corpus: Corpus, name: str) -> Callable[[], VertexMotion]:
     return lambda: recorded_motion(corpus, name)
 
 
-def _templates_file(folder: Path, given: Path | None) -> Path:
+def _templates_file(folder: Path, chosen: Path | None) -> Path:
     """The file of neutral faces. Raises CorpusError where there is none."""
-    places = [given] if given else [folder / "templates.pkl", folder.parent / "templates.pkl"]
+    places = [chosen] if chosen else [folder / "templates.pkl", folder.parent / "templates.pkl"]
     path = next((place for place in places if place.is_file()), None)
     if path is None:
         raise CorpusError.about(

@@ -78,10 +78,11 @@ def mean_interval(values: Sequence[float], seed: int = 0, draws: int = DRAWS) ->
 
 
 def metric_intervals(clips: Sequence[ClipMetrics], seed: int = 0) -> dict[str, ConfidenceInterval]:
-    """Every metric of `AVERAGED_METRICS` over some clips, and closures pooled over clips.
+    """Every metric of `AVERAGED_METRICS` over some clips, closures and silence pooled over clips.
 
     `closure_recall` is the share of true closures that the prediction makes, `closure_precision`
-    the share of predicted closures that are true.
+    the share of predicted closures that are true; `lip_leak` and `true_lip_leak` the shares of
+    silence in which predicted and true lips move.
     """
     summary = {
         name: mean_interval([getattr(c, name) for c in clips], seed) for name in AVERAGED_METRICS
@@ -89,4 +90,12 @@ def metric_intervals(clips: Sequence[ClipMetrics], seed: int = 0) -> dict[str, C
     counted = [clip.closures for clip in clips if clip.closures is not None]
     recall = ratio_interval([c.met for c in counted], [c.wanted for c in counted], seed)
     precision = ratio_interval([c.right for c in counted], [c.made for c in counted], seed)
-    return {**summary, "closure_recall": recall, "closure_precision": precision}
+    heard = [clip.silence for clip in clips if clip.silence is not None]
+    silent = [each.silent for each in heard]
+    return {
+        **summary,
+        "closure_recall": recall,
+        "closure_precision": precision,
+        "lip_leak": ratio_interval([each.moving for each in heard], silent, seed),
+        "true_lip_leak": ratio_interval([each.true_moving for each in heard], silent, seed),
+    }

@@ -9,10 +9,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from elocute.array_types import Float64Array
 from elocute.corpus.corpus_store import Corpus
-from elocute.evaluation.confidence_intervals import ConfidenceInterval, metric_intervals
+from elocute.evaluation.confidence_intervals import (
+    DRAWS,
+    NO_INTERVAL,
+    ConfidenceInterval,
+    bootstrap_interval,
+    metric_intervals,
+)
 from elocute.evaluation.lip_closures import CLOSED_MM
-from elocute.evaluation.metrics import ClipMetrics, clip_metrics
+from elocute.evaluation.metrics import ClipMetrics, clip_metrics, silent_frames
 from elocute.evaluation.model_predictions import recorded_motion
 from elocute.evaluation.vertex_regions import VertexRegion
 from elocute.motion.vertex_motion import VertexMotion
@@ -54,12 +63,13 @@ class MetricConfig:
 
 @dataclass(frozen=True, eq=False)
 class ClipScore:
-    """Metrics of one clip predicted in one style."""
+    """Metrics of one clip predicted in one style; loudness is the RMS of its sound, 0 to 1."""
 
     name: str
     subject: str
     style: str
     metrics: ClipMetrics
+    loudness: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +83,7 @@ class SubjectScore:
     clips : int
         Number of clips.
     intervals : dict of str to ConfidenceInterval
-        As from `metric_intervals`.
+        As from `metric_intervals`; `slcc` and `true_slcc` as from `intensity_correlation`.
     """
 
     subject: str
@@ -125,6 +135,9 @@ def score_clips(
     scores = []
     for done, name in enumerate(names, 1):
         true, subject = recorded_motion(corpus, name), corpus.entry(name).subject
+        sound = corpus.sound(name)
+        silent = silent_frames(sound, true.frame_count, true.fps)
+        loudness = float(np.sqrt(np.square(sound.samples, dtype=np.float64).mean()))
         for style in styles:
             metrics = clip_metrics(
                 predict(name, style),
@@ -133,8 +146,9 @@ def score_clips(
                 config.upper_face,
                 mouth=config.mouth,
                 closed_mm=config.closed_mm,
+                silent=silent,
             )
-            scores.append(ClipScore(name, subject, style, metrics))
+            scores.append(ClipScore(name, subject, style, metrics, loudness))
         if progress:
             progress(done / len(names))
     return scores
@@ -207,6 +221,42 @@ def _subject_score(
     subject: str, style: str, scores: Sequence[ClipScore], seed: int
 ) -> SubjectScore:
     """The score of some clips of a subject in a style."""
-    return SubjectScore(
-        subject, style, len(scores), metric_intervals([s.metrics for s in scores], seed)
-    )
+    intervals = metric_intervals([s.metrics for s in scores], seed)
+    people, loudness = [s.subject for s in scores], [s.loudness for s in scores]
+    for name in ("lip_intensity", "true_lip_intensity"):
+        intensity = [getattr(s.metrics, name) for s in scores]
+        correlation = intensity_correlation(loudness, intensity, people, seed)
+        intervals[name.replace("lip_intensity", "slcc")] = correlation
+    return SubjectScore(subject, style, len(scores), intervals)
+
+
+def intensity_correlation(
+    loudness: Sequence[float], intensity: Sequence[float], people: Sequence[str], seed: int = 0
+) -> ConfidenceInterval:
+    """Whether lips move more where the speech is louder: the correlation over clips.
+
+    Both are first standardised within each person, as the speech-lip intensity correlation
+    coefficient (SLCC) of Chae-Yeon et al. 2025 is counted; clips of whom there is one, or of whom
+    all are alike, are left out. `NO_INTERVAL` where fewer than three are left.
+    """
+    table = np.array([loudness, intensity], np.float64)
+    kept = []
+    for person in dict.fromkeys(people):
+        own = table[:, [each == person for each in people]]
+        spread = own.std(axis=1, ddof=1, keepdims=True) if own.shape[1] > 1 else np.zeros((2, 1))
+        if np.isfinite(spread).all() and (spread > 0).all():
+            kept.append((own - own.mean(axis=1, keepdims=True)) / spread)
+    pairs = np.concatenate(kept, axis=1) if kept else np.zeros((2, 0))
+    if pairs.shape[1] < 3:
+        return NO_INTERVAL
+    rows = np.random.default_rng(seed).integers(0, pairs.shape[1], (DRAWS, pairs.shape[1]))
+    with np.errstate(invalid="ignore"):  # draws of one clip alone have no correlation
+        draws = _correlation(pairs[:, rows])
+    return bootstrap_interval(float(_correlation(pairs)), draws[np.isfinite(draws)])
+
+
+def _correlation(pairs: Float64Array) -> Float64Array:
+    """Of pairs (2, …, clip), over the last axis."""
+    x, y = pairs - pairs.mean(axis=-1, keepdims=True)
+    covariance = (x * y).sum(-1)
+    return np.asarray(covariance / np.sqrt((x * x).sum(-1) * (y * y).sum(-1)), np.float64)

@@ -78,15 +78,15 @@ def count_closures(
     other lips touch during it, or up to `TOLERANCE_S` before or after.
     """
     predicted, true = predicted_mm < closed_mm, true_mm < closed_mm
-    wanted, made = short_runs(true, fps), short_runs(predicted, fps)
+    wanted, closures = short_runs(true, fps), short_runs(predicted, fps)
     near = round(TOLERANCE_S * fps)
 
     def touched(run: FrameRun, closed: NDArray[np.bool_]) -> bool:
         return bool(closed[max(0, run[0] - near) : run[1] + near].any())
 
     met = sum(touched(run, predicted) for run in wanted)
-    right = sum(touched(run, true) for run in made)
-    return ClosureCounts(len(wanted), met, len(made), right)
+    right = sum(touched(run, true) for run in closures)
+    return ClosureCounts(len(wanted), met, len(closures), right)
 
 
 def short_runs(closed: NDArray[np.bool_], fps: float) -> list[FrameRun]:

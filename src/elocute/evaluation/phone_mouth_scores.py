@@ -319,9 +319,11 @@ def _contacts(
     for start, end, kind in kinds:
         if kind in (wanted, "either"):
             allowed[max(0, round(start * fps) - wide) : round(end * fps) + wide + 1] = True
-    made = [run for run in short_runs(touching, fps) if not silent[run[0] : run[1]].all()]
-    right = sum(bool(allowed[first:last].any()) for first, last in made)
-    return np.array([len(stretches), sum(map(touched, stretches)), len(made), right], np.float64)
+    contacts = [run for run in short_runs(touching, fps) if not silent[run[0] : run[1]].all()]
+    right = sum(bool(allowed[first:last].any()) for first, last in contacts)
+    return np.array(
+        [len(stretches), sum(map(touched, stretches)), len(contacts), right], np.float64
+    )
 
 
 def _merged(stretches: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -151,7 +151,7 @@ def _in_order(times: NDArray[np.float64]) -> bool:
     return bool(np.isfinite(times).all() and (np.diff(times.ravel()) >= -1e-6).all())
 
 
-def path_error(found: WarpingPath, true: WarpingPath) -> float:
+def path_error(path: WarpingPath, true: WarpingPath) -> float:
     """Mean distance in frames of each path's points from the nearest point of the other path.
 
     Both (step, view) frames; 0 is the true path (Eq. 11 of Tzirakis et al. 2019). Raises
@@ -159,12 +159,12 @@ def path_error(found: WarpingPath, true: WarpingPath) -> float:
     """
     from scipy.spatial import KDTree
 
-    if found.ndim != 2 or true.ndim != 2 or found.shape[1] != true.shape[1]:
+    if path.ndim != 2 or true.ndim != 2 or path.shape[1] != true.shape[1]:
         raise AlignmentError.about(
-            "paths", found=f"shapes {found.shape} and {true.shape}", allowed="(step, view) alike"
+            "paths", found=f"shapes {path.shape} and {true.shape}", allowed="(step, view) alike"
         )
-    there, back = KDTree(true).query(found)[0], KDTree(found).query(true)[0]
-    return float((there.sum() + back.sum()) / (len(found) + len(true)))
+    there, back = KDTree(true).query(path)[0], KDTree(path).query(true)[0]
+    return float((there.sum() + back.sum()) / (len(path) + len(true)))
 
 
 def intersection_over_union(first: TimeSpan, second: TimeSpan) -> float:
@@ -175,7 +175,7 @@ def intersection_over_union(first: TimeSpan, second: TimeSpan) -> float:
 
 
 def carried_overlap(
-    found: WarpingPath, source: Sequence[TimeSpan], target: Sequence[TimeSpan], rate: float
+    path: WarpingPath, source: Sequence[TimeSpan], target: Sequence[TimeSpan], rate: float
 ) -> float:
     """Mean intersection over union, 0 to 1, of spans that a path carries from target to source.
 
@@ -188,7 +188,7 @@ def carried_overlap(
             "parts", found=f"{len(source)} and {len(target)}", allowed="equally many, one at least"
         )
     overlaps = [
-        intersection_over_union(_carried(found, part, rate), true)
+        intersection_over_union(_carried(path, part, rate), true)
         for part, true in zip(target, source, strict=True)
     ]
     return float(np.mean(overlaps))

@@ -454,15 +454,15 @@ def _seals(
     if recorded.phones is None:
         return None, None, None
     wanted = [(a, b) for a, b, phone in recorded.phones if mouth_class(phone) == "bilabial"]
-    made = [(a / fps, b / fps) for a, b in short_runs(opening_mm < CLOSED_MM, fps)]
+    seals = [(a / fps, b / fps) for a, b in short_runs(opening_mm < CLOSED_MM, fps)]
 
     def meets(one: tuple[float, float], many: list[tuple[float, float]]) -> bool:
         return any(
             one[0] <= b + WIDE_TOLERANCE_S and a <= one[1] + WIDE_TOLERANCE_S for a, b in many
         )
 
-    right = sum(meets(seal, wanted) for seal in made)
-    return right, len(made) - right, sum(not meets(phone, made) for phone in wanted)
+    right = sum(meets(seal, wanted) for seal in seals)
+    return right, len(seals) - right, sum(not meets(phone, seals) for phone in wanted)
 
 
 def evaluate_tracked_mouths(

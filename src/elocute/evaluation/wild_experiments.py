@@ -43,12 +43,13 @@ from elocute.training.epochs import Report
 
 PAPER = {
     "speaker validation": 0.679,
-    "speaker participant": 0.621,
+    "speaker source": 0.621,
     "word validation": 0.554,
-    "word participant": 0.502,
+    "word source": 0.502,
     "sentences pieces": 0.463,
 }
-"""µ28 of Table 2, by our rows: its test set is a captured participant (section 6.4)."""
+"""µ28 of Table 2, by our rows: its test set is the captured words of the participant
+whose motion was carried over (section 6.4); of another participant it says nothing."""
 NOISES = ("white", "babble")
 SNRS_DB = (0.0, 10.0, 20.0)
 NOISE_CLIPS = 300  # most clips that noise is laid under

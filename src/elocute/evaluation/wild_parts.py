@@ -1,9 +1,9 @@
 """Which clips each experiment in the wild trains and is measured on, and their exact parameters.
 
 Tzirakis et al. 2019, section 6.4: a network learns from propagated parameters of the training
-speakers, is validated on those of other speakers, and is tested on a captured participant whose
-motion was not carried over. `exact` shards hold the same clips with the motion that a simulator
-knows, which no capture of other people's speech could give.
+speakers, is validated on those of other speakers, and is tested on the captured words of the
+participant whose motion that was, which it has not heard. `exact` shards hold the same clips with
+the motion that a simulator knows, which no capture of other people's speech could give.
 """
 
 from __future__ import annotations
@@ -31,7 +31,6 @@ TRAINING_CONTENTS = {
     "word": "other speakers, other words",
     "mse": "as the first, mean squared error",
 }
-MEASURED = ("validation", "test", "participant")
 HELD_OUT = 10  # one word in so many is kept from training, as 50 of 500
 SPLIT_ALLOWED = 'JSON with {"words": {"held_out": ["word", …]}}'
 SPLIT_FILE = FileKind(SPLIT_ALLOWED, 16_000_000)
@@ -41,8 +40,9 @@ SPLIT_FILE = FileKind(SPLIT_ALLOWED, 16_000_000)
 class ExperimentClips:
     """The clips of one experiment: to learn from, to choose the epoch by, and to measure on.
 
-    measured: "validation" and "test", recordings of speakers that are not trained on;
-    "participant", a captured speaker of the test part, only where other clips were carried over.
+    measured: "validation" and "test", recordings of speakers that are not trained on. Where clips
+    were carried over, also "source", the own words of the captured speakers whose motion that was,
+    unless they are trained on, and "participant", a captured speaker of the test part.
     """
 
     train: list[CachedClip]
@@ -79,8 +79,10 @@ def experiment_clips(
         "test": chosen(others, train=False),
     }
     if any(row.carried for row in features.clips):
-        participant = chosen([row for row in test if not row.carried], train=False)
-        measured |= {"participant": participant} if participant else {}
+        own = [] if config.captured else features.select("train")
+        for part, captured in (("source", own), ("participant", test)):
+            rows = chosen([row for row in captured if not row.carried], train=False)
+            measured |= {part: rows} if rows else {}
     train = chosen(training_clips(features, config), train=True)
     for part, rows in {"train": train, **measured}.items():
         if not rows:

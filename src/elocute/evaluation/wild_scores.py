@@ -33,6 +33,7 @@ from elocute.models.crnn_network import JOINS, CrnnNetwork, stream_weights
 from elocute.motion.curves import ARKIT_NAMES
 from elocute.motion.mouth_measures import measure_as_tracked
 from elocute.networks.crnn import Crnn, SharedCrnn
+from elocute.numerics.ridge import ridge_projection
 from elocute.training.crnn.feature_cache import CachedClip, FeatureCache, at_rate, clip_features
 from elocute.training.crnn.fit import TrainedCrnn, predict_clips
 from elocute.training.crnn.loss import explained_shares
@@ -181,9 +182,7 @@ def score_sentences(
             found=f"{corpus.vertex_count} vertices",
             allowed=f"{flat.shape[1] // 3}, as the basis has",
         )
-    gram = flat @ flat.T
-    inverse = np.linalg.inv(gram + 1e-9 * np.trace(gram) / len(gram) * np.eye(len(gram)))
-    onto = (inverse @ flat).T
+    onto = ridge_projection(flat)
     predicted, true = [], []
     for name in names:
         moved = corpus.displacements(name)

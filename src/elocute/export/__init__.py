@@ -13,6 +13,7 @@ if TYPE_CHECKING:
         read_json_curves as read_json_curves,
         write_curves as write_curves,
     )
+    from elocute.export.html import head_page as head_page
     from elocute.export.options import (
         GlbOptions as GlbOptions,
         HtmlOptions as HtmlOptions,

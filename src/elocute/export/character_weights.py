@@ -17,6 +17,7 @@ from elocute.errors import ElocuteError, HeadError
 from elocute.head.character import Character, Control, Turn
 from elocute.meshes.gltf_arrays import GltfArrays
 from elocute.meshes.gltf_nodes import NodeTree, rest_turn, without_matrix
+from elocute.meshes.mesh_file import MeshPart
 from elocute.meshes.parts import document_parts
 from elocute.motion.control_fit import fit_controls, is_of_mouth
 from elocute.motion.motion import Motion
@@ -28,6 +29,8 @@ OPENERS = 3
 SWITCHED = 0.5
 """From this weight on a control that is off or on is on."""
 STILL = 1e-6
+UNREADABLE = (ElocuteError, ArithmeticError, ValueError, TypeError, LookupError, MemoryError)
+"""What meshes raise that are damaged or packed."""
 OVERRIDDEN: dict[str, Callable[[str], bool]] = {
     "blink": lambda curve: curve.startswith("eyeBlink"),
     "lookAt": lambda curve: curve.startswith("eyeLook"),
@@ -65,19 +68,19 @@ def _control_weights(
 ) -> tuple[dict[str, Float32Array], dict[str, float]]:
     """(frame,) weights by name, and what a fit leaves."""
     controls = character.controls
-    found = {each.name: _shared(motion, each.shares) for each in controls if not each.fitted}
+    weights = {each.name: _shared(motion, each.shares) for each in controls if not each.fitted}
     residual: dict[str, float] = {}
     mouth, own = mouth_controls(character), measured_mouth(character)
     fitted = any(each.fitted for each in mouth)
     if fitted or own is not None:
-        given = None if fitted else np.stack([found[each.name] for each in mouth], axis=1)
-        fit = fit_controls(motion, [each.looks for each in mouth], own, given)
-        found |= {each.name: fit.weights[:, place] for place, each in enumerate(mouth)}
+        named = None if fitted else np.stack([weights[each.name] for each in mouth], axis=1)
+        fit = fit_controls(motion, [each.looks for each in mouth], own, named)
+        weights |= {each.name: fit.weights[:, place] for place, each in enumerate(mouth)}
         residual = fit.residual()
     for control in controls:
         if control.switch:
-            found[control.name] = (found[control.name] >= SWITCHED).astype(np.float32)
-    return _overridden(found, controls), residual
+            weights[control.name] = (weights[control.name] >= SWITCHED).astype(np.float32)
+    return _overridden(weights, controls), residual
 
 
 def _overridden(
@@ -96,12 +99,12 @@ def _overridden(
         ]
         if taken:
             left[kind] = np.clip(1 - np.sum(taken, axis=0), 0, 1).astype(np.float32)
-    found = dict(weights)
+    overridden = dict(weights)
     for control in controls:
         for kind in _kinds(control) & set(left):
             share = left[kind] >= 1 if control.switch else left[kind]
-            found[control.name] = (found[control.name] * share).astype(np.float32)
-    return found
+            overridden[control.name] = (overridden[control.name] * share).astype(np.float32)
+    return overridden
 
 
 def _kinds(control: Control) -> set[str]:
@@ -203,12 +206,10 @@ def measured_mouth(character: Character) -> MeasuredMouth | None:
     None where its mesh cannot be read, or has no lips that these part.
     """
     controls = mouth_controls(character)
-    openers = [each for each in controls if each.binds and each.looks.get("jawOpen", 0.0) > 0]
-    openers.sort(key=lambda each: -each.looks["jawOpen"])
     try:
         with np.errstate(all="ignore"):
-            mesh = _Mesh(character)
-            drop = -np.sum([mesh.moved(each)[:, 1] for each in openers[:OPENERS]], axis=0)
+            mesh = CharacterMesh(character)
+            drop = mesh.drop()
             mouth = find_mouth(
                 mesh.points,
                 mesh.triangles,
@@ -216,21 +217,31 @@ def measured_mouth(character: Character) -> MeasuredMouth | None:
                 lambda used: np.stack([mesh.moved(each, used) for each in controls]),
             )
         return mouth if mouth is not None and np.isfinite(mouth.effects).all() else None
-    # It speaks without: nothing else needs its vertices, which may be damaged or packed.
-    except (ElocuteError, ArithmeticError, ValueError, TypeError, LookupError, MemoryError):
+    except UNREADABLE:  # it speaks without: nothing else needs its vertices
         return None
 
 
-class _Mesh:
-    """The meshes of a character that are moved, in one space: x to its left, y up, z ahead."""
+def bare_parts(character: Character, arrays: GltfArrays | None = None) -> tuple[MeshPart, ...]:
+    """The meshes of a character's file at rest, without their materials. Raises HeadError."""
+    document = character.document
+    plain: dict[str, Any] = {"images": []}
+    plain["materials"] = [{} for _ in document.records("materials")]
+    bare = replace(document, record=document.record | plain)
+    return document_parts(bare, Path(character.name), HeadError, arrays)
+
+
+class CharacterMesh:
+    """The meshes of a character that are moved, in one space: x to its left, y up, z ahead.
+
+    points: (vertex, 3) of these; around: (vertex, 3) of all meshes.
+    """
 
     def __init__(self, character: Character) -> None:
         document = character.document
-        plain: dict[str, Any] = {"images": []}
-        plain["materials"] = [{} for _ in document.records("materials")]
-        bare = replace(document, record=document.record | plain)
-        parts = [(p, p.origin) for p in document_parts(bare, Path(character.name), HeadError)]
+        parts = [(p, p.origin) for p in bare_parts(character)]
         self._parts = [(p, at) for p, at in parts if at and at.node in character.nodes]
+        self.around = np.concatenate([part.vertices for part, _ in parts]) @ character.axes
+        self._character = character
         self._arrays, self._meshes = GltfArrays(document), document.records("meshes")
         self._axes = character.axes
         self._starts = np.cumsum([0, *(len(part.vertices) for part, _ in self._parts)])
@@ -239,18 +250,32 @@ class _Mesh:
             [p.triangles + at for (p, _), at in zip(self._parts, self._starts, strict=False)]
         )
 
+    def opening(self, most: int = OPENERS) -> Float64Array:
+        """(vertex, 3) how each moves by the shapes, `most` of them, that open the mouth widest."""
+        openers = [each for each in mouth_controls(self._character) if each.binds]
+        openers = [each for each in openers if each.looks.get("jawOpen", 0.0) > 0]
+        openers.sort(key=lambda each: -each.looks["jawOpen"])
+        total = np.zeros_like(self.points)
+        for each in openers[:most]:
+            total += self.moved(each)
+        return total
+
+    def drop(self) -> Float64Array:
+        """(vertex,) how far each goes down where the mouth is opened widest."""
+        return -self.opening()[:, 1]
+
     def moved(self, control: Control, used: IntArray | None = None) -> Float64Array:
         """(vertex, 3) of a control in full; used: rising, of all vertices."""
-        found = []
+        parts = []
         for (part, origin), start in zip(self._parts, self._starts, strict=False):
             rows = np.arange(len(part.vertices))
             if used is not None:
                 rows = used[(used >= start) & (used < start + len(rows))] - start
             total = np.zeros((len(rows), 3))
             targets = self._meshes[origin.mesh]["primitives"][origin.primitive].get("targets", [])
-            for mesh, target, share in control.binds:
+            for mesh, target, share in control.binds if targets else ():
                 if mesh == origin.mesh and "POSITION" in targets[target] and len(rows):
                     values = self._arrays.values(targets[target]["POSITION"])
                     total += share * values[origin.rows[rows], :3]
-            found.append(np.einsum("vab,vb->va", origin.linear[rows], total))
-        return np.concatenate(found) @ self._axes
+            parts.append(np.einsum("vab,vb->va", origin.linear[rows], total))
+        return np.concatenate(parts) @ self._axes

@@ -46,6 +46,8 @@ ASSUMED_FPS = 60.0
 RATES = (24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0)
 PAUSE = 1.5
 """Frames apart from which on times are not regular."""
+NEARLY = 0.2
+"""A rate that is named and no further from that of the times is theirs; others play it faster."""
 REPEATED = 0.1
 """Of the frames of a clock that stands now and then; one that stands more often is none."""
 PERCENT, PERCENT_SHARE = 3.0, 0.3
@@ -69,6 +71,7 @@ _NAMES = ("facsNames", "names", "blendShapeNames", "blendshapeNames", "blendshap
 _NAMES += ("blendShapes", "blendshapes", "shapes", "keys", "curves")
 _RATES = ("fps", "exportFps", "frameRate", "framerate", "frame_rate")
 _TIMES = ("timecode", "time", "timestamp", "t", "timesec", "times", "seconds", "timems")
+_TIMES += ("timestampms",)
 _ASIDE = ("blendshapecount", "frame", "frameindex", "index", "neutral", "expression", "rotation")
 _SCORED = ("score", "value", "weight")
 
@@ -218,35 +221,43 @@ def _regular(path: Path, table: _Table, fps: float | None) -> tuple[Float64Array
     """Rows at one distance in time, and their rate."""
     notes = list(table.notes)
     rows, times = table.rows, table.times_s
-    if not len(rows):
+    lost = np.isnan(rows).all(axis=1)
+    if lost.all():
         raise MotionError.about(path, found="no frames", allowed="one or more")
-    stated = fps or table.fps
+    if lost.any():  # where no face was seen
+        at = np.arange(len(rows))
+        rows = np.stack([np.interp(at, at[~lost], column[~lost]) for column in rows.T], axis=1)
+        notes.append(f"{path.name}: frames without values, {lost.sum()}, are filled in")
+    stated = fps if fps is not None else table.fps
+    if stated is not None and not 0 < stated <= FPS_MAX:
+        raise MotionError.about(
+            path, found=f"{stated:g} frames a second", allowed=f"above 0, up to {FPS_MAX:g}"
+        )
     if times is not None and len(times) > 1:
         again = np.append(np.diff(times) == 0, False)  # of several at one time the last counts
         if 0 < again.sum() < REPEATED * len(times):
             rows, times = rows[~again], times[~again]
             notes.append(f"{path.name}: {again.sum()} frames whose time comes again are left out")
-    if stated is None and times is not None and len(times) > 1 and (np.diff(times) > 0).all():
+    if times is not None and len(times) > 1 and (np.diff(times) > 0).all():
         steps = np.diff(times)
         middle = float(np.median(steps))
         if steps.max() < PAUSE * middle:
-            return rows, _nearest_rate((len(times) - 1) / (times[-1] - times[0]), times), notes
+            own = _nearest_rate((len(times) - 1) / (times[-1] - times[0]), times)
+            return rows, stated or own, notes
         rate = _nearest_rate(1 / middle, times[:2])
+        if stated is not None and abs(stated * middle - 1) < NEARLY:
+            rate = stated
         count = round((times[-1] - times[0]) * rate) + 1
         if count > FRAMES_MAX:
             raise MotionError.about(path, found=f"{count} frames", allowed=f"{FRAMES_MAX}")
         grid = times[0] + np.arange(count) / rate
         rows = np.stack([np.interp(grid, times, column) for column in rows.T], axis=1)
         gap = f"{path.name}: frames are missing, up to {steps.max():.2f} s"
-        return rows, rate, [*notes, f"{gap}: filled in at {rate:g} a second"]
+        return rows, stated or rate, [*notes, f"{gap}: filled in at {rate:g} a second"]
     if stated is None:
         stated = ASSUMED_FPS
         said = f"{path.name}: no frame rate in it: taken as {stated:g} a second"
         notes.append(f"{said}; `input_fps` says another")
-    if not 0 < stated <= FPS_MAX:
-        raise MotionError.about(
-            path, found=f"{stated:g} frames a second", allowed=f"above 0, up to {FPS_MAX:g}"
-        )
     return rows, float(stated), notes
 
 
@@ -284,14 +295,15 @@ def _rows_of_csv(path: Path, header: list[str], rows: Iterator[list[str]]) -> _T
         raise MotionError.about(
             path, found=f"no column of a curve ({', '.join(header)[:120]})", allowed=ALLOWED
         )
-    table, clocks, lost = [], [], 0
+    table, clocks = [], []
     for number, row in enumerate(rows, 2):
         if not any(cell.strip() for cell in row):
             continue
         if clock is not None and not any(
             row[column].strip() for column in columns if column < len(row)
         ):
-            lost += 1  # Live Link Face lost the face
+            table.append([np.nan] * len(columns))  # Live Link Face lost the face
+            clocks.append(row[clock])
             continue
         try:
             values = [float(row[column].replace(",", ".")) for column in columns]
@@ -304,7 +316,6 @@ def _rows_of_csv(path: Path, header: list[str], rows: Iterator[list[str]]) -> _T
         table.append(values)
         clocks.append("" if clock is None else row[clock])
     notes = [f"{path.name}: left out {', '.join(others[:6])}: no curves of the head"] * bool(others)
-    notes += [f"{path.name}: {lost} rows hold no values and are left out"] * bool(lost)
     times = None if clock is None else _times(clocks)
     rows_of = np.array(table, np.float64).reshape(-1, len(columns))
     return _Table(names, rows_of, times, None, tuple(notes))
@@ -406,6 +417,8 @@ def _json_table(path: Path, record: Any) -> _Table:
     rows = np.zeros((len(found), len(columns)))
     for row, (own, values) in zip(rows, found, strict=True):
         row[[places[name] for name in own]] = values
+        if not own:  # no face was seen
+            row[:] = np.nan
     clock = [each for each in times if each is not None]
     whole = _in_seconds(np.array(clock)) if len(clock) == len(rows) else None
     return _Table(columns, rows, whole, rate, notes)
@@ -442,14 +455,19 @@ def _frame(
     """Names and weights of one frame, and its time where it has one."""
     time = None
     if isinstance(frame, dict):
-        clocks = [finite_number(value) for key, value in frame.items() if _key(key) in _TIMES]
-        time = next((each for each in clocks if each is not None), None)
-        inner = _first(frame, (*_FRAMES, "faceBlendshapes", "categories"), (list, dict))
+        clocks = {_key(key): finite_number(value) for key, value in frame.items()}
+        time = next((n for key in _TIMES if (n := clocks.get(key)) is not None), None)
+        keys = (*_FRAMES, "faceBlendshapes", "face_blendshapes", "categories")
+        inner = _first(frame, keys, (list, dict))
+        if inner is None and any(key in frame and frame[key] is None for key in keys):
+            inner = {}
         if inner is None:
             inner = {
                 key: value for key, value in frame.items() if _key(key) not in (*_TIMES, *_ASIDE)
             }
-        frame = inner
+        frame = _first_face(inner)
+    if frame is None or (frame == [] and names is None):
+        frame = {}
     if isinstance(frame, dict):
         given = [(name, finite_number(value)) for name, value in frame.items()]
         kept = [(name, value) for name, value in given if value is not None]
@@ -461,6 +479,16 @@ def _frame(
         raise MotionError.about(about, found="no weights by name", allowed=ALLOWED_WIDTHS)
     own = names or WIDTHS[wide]
     return _checked(about, own, _numbers(about, frame, len(own))), time
+
+
+def _first_face(frame: Any) -> Any:
+    """The categories of the first face in a result of MediaPipe, which Python's hold as a list and
+    JavaScript's as a record; all else as it is."""
+    first = frame[0] if isinstance(frame, list) and frame else None
+    if isinstance(first, list) and all(isinstance(each, dict) for each in first):
+        return first
+    categories = _first(first, ("categories",), list)
+    return frame if categories is None else categories
 
 
 def _scored(about: str, frame: list[Any]) -> tuple[list[str], list[float]]:

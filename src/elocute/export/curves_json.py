@@ -143,8 +143,8 @@ def _flat(turns: Any) -> list[Any]:
 
 def _check_format(path: str | Path, record: dict[str, Any]) -> None:
     if record.get("format") != FORMAT or record.get("version") != VERSION:
-        told = f"format {brief(record.get('format'))}, version {brief(record.get('version'))}"
-        raise MotionError.about(path, found=told[:120], allowed=ALLOWED)
+        stated = f"format {brief(record.get('format'))}, version {brief(record.get('version'))}"
+        raise MotionError.about(path, found=stated[:120], allowed=ALLOWED)
 
 
 def are_texts(names: Any) -> TypeGuard[list[str]]:

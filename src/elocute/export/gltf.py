@@ -14,7 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.export.gltf_character import character_glb
+from elocute.errors import OutputError
+from elocute.export.character_weights import CharacterMotion
+from elocute.export.gltf_character import bare_take, character_glb, take_glb, with_takes
 from elocute.export.gltf_file import Channels, GltfFile, unit_xyzw
 from elocute.export.gltf_materials import MaterialIndices, add_materials
 from elocute.export.options import GlbOptions
@@ -38,6 +40,7 @@ from elocute.motion.motion import Motion
 from elocute.render.parts import rounded_normals, strands
 from elocute.render.shading import finish_of, socket_shade
 
+FACE = "face"
 NORMAL_STEP = 0.01  # changes of a unit normal below this are not stored
 DEEPEST_HAIR = 0.13  # linear share of its colour
 FRINGE_LIFT_M = 1e-4  # ray tracers see one surface, not two at once
@@ -73,25 +76,56 @@ def write_glb(
     without `overwrite`; nothing is written then.
     """
     path, options = Path(path), options or GlbOptions()
-    beside = None if options.embed_audio or sound is None else wav_beside(path, sound)
+    if options.add and motion.head.character is None:
+        raise OutputError.about(
+            path,
+            found=f"`add` with {motion.head.name}",
+            allowed="a character of your own",
+            remedy="write the head as .glb once and take that as the head",
+        )
+    silent = options.add or options.animation_only  # many takes, or what moves alone
+    beside = None if options.embed_audio or silent or sound is None else wav_beside(path, sound)
     if beside is None or sound is None:
         inside = sound if options.embed_audio else None
         with write_atomically(path) as draft:
-            draft.write_bytes(_file_bytes(motion, inside, options))
+            draft.write_bytes(_file_bytes(motion, path, inside, options))
         return
     plan = OutputPlan(remedy="overwrite=True replaces it")
     plan.add(beside, sound_source(sound), beside=path)
     plan.check(overwrite=overwrite)
     with plan.writing(beside), write_atomically(beside) as wav, write_atomically(path) as draft:
         write_wav(sound, wav)
-        draft.write_bytes(_file_bytes(motion, None, options))
+        draft.write_bytes(_file_bytes(motion, path, None, options))
 
 
-def _file_bytes(motion: Motion, sound: Sound | None, options: GlbOptions) -> bytes:
+def _file_bytes(motion: Motion, path: Path, sound: Sound | None, options: GlbOptions) -> bytes:
     """A file of the head's own, or the file of the character that it moves."""
-    if motion.head.character is None:
-        return glb_bytes(motion, sound, options)
-    return character_glb(motion, motion.head.character, sound)
+    character = motion.head.character
+    if character is None:
+        return (
+            _bare_head(motion, options)
+            if options.animation_only
+            else glb_bytes(motion, sound, options)
+        )
+    if options.animation_only:
+        return take_glb(motion, character, options.action)
+    if options.add:
+        character = with_takes(character, path)
+    return character_glb(motion, character, sound, options.action, replace=options.replace_action)
+
+
+def _bare_head(motion: Motion, options: GlbOptions) -> bytes:
+    """The built-in head's take without its mesh: the same nodes under the same names."""
+    shapes = target_shapes(motion.head, options.profile, options.visemes)
+    nodes: list[dict[str, Any]] = [{"name": FACE}]
+    roots = [0, *joint_nodes(motion.head, nodes)]
+    turns = {}
+    if motion.rotations is not None:
+        turned = np.moveaxis(motion.rotations, 1, 0)
+        turns = {1 + joint: unit_xyzw(each) for joint, each in enumerate(turned)}
+    moved = CharacterMotion({0: shapes.weights(motion)}, turns, {}, {})
+    names, record = {0: list(shapes.names)}, {"profile": options.profile, "fps": motion.fps}
+    return bare_take(nodes, [{"nodes": roots}], names, moved, motion, options.action_name, record)
 
 
 def wav_beside(path: Path, sound: Sound) -> Path | None:
@@ -117,13 +151,18 @@ def glb_bytes(
     of lids: vertices carry the occlusion that their colours hold (`_OCCLUSION`), the direction of
     hair (`_STRAND`) and where they fold (`_FOLDS_0` to `_FOLDS_3`).
 
-    Raises OutputError for visemes of a head that lacks the shapes that make them, and HeadError for
-    a head with an image that is none.
+    Raises OutputError for visemes of a head that lacks the shapes that make them, HeadError for a
+    head with an image that is none, and MachineError where a small file is wanted and `meshopt` is
+    not installed.
     """
     file = animated_file(motion.dressed(), options or GlbOptions(), for_viewer)
     if sound is not None:
         _embed(file, sound)
-    return file.pack()
+    if options is None or not options.web:
+        return file.pack()
+    from elocute.export.gltf_web import web_glb
+
+    return web_glb(file.pack())
 
 
 def animated_file(motion: Motion, options: GlbOptions, for_viewer: bool = False) -> GltfFile:
@@ -145,7 +184,7 @@ def animated_file(motion: Motion, options: GlbOptions, for_viewer: bool = False)
         "extras": {"targetNames": list(shapes.names)},
     }
     file.json["meshes"] = [mesh]
-    nodes: list[dict[str, Any]] = [{"name": "face", "mesh": 0}]
+    nodes: list[dict[str, Any]] = [{"name": FACE, "mesh": 0}]
     roots = [0]
     if head.joint_names:
         file.json["skins"] = [_skin(file, head, len(nodes))]
@@ -153,7 +192,7 @@ def animated_file(motion: Motion, options: GlbOptions, for_viewer: bool = False)
         nodes[0]["skin"] = 0
     file.json["nodes"] = nodes
     file.json["scenes"] = [{"nodes": roots}]
-    _animate(file, motion, shapes)
+    _animate(file, motion, shapes, options.action_name)
     return file
 
 
@@ -404,7 +443,7 @@ def _skin(file: GltfFile, head: HeadModel, first: int) -> dict[str, Any]:
     }
 
 
-def _animate(file: GltfFile, motion: Motion, shapes: Targets) -> None:
+def _animate(file: GltfFile, motion: Motion, shapes: Targets, name: str) -> None:
     times = motion.times_s.astype(np.float32)
     speech = Channels(file.array(times, bounds=True))
     if shapes.names:
@@ -414,7 +453,7 @@ def _animate(file: GltfFile, motion: Motion, shapes: Targets) -> None:
             turns = unit_xyzw(motion.rotations[:, joint])
             speech.move(1 + joint, "rotation", file.array(turns))
     if speech.channels:
-        file.json["animations"] = [speech.animation()]
+        file.json["animations"] = [speech.animation(name)]
 
 
 def _embed(file: GltfFile, sound: Sound) -> None:

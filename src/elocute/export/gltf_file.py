@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.export.options import ACTION
 from elocute.meshes.gltf_document import packed
 
 COMPONENTS = {"float32": 5126, "uint32": 5125, "uint16": 5123, "uint8": 5121}
@@ -116,9 +117,9 @@ class GltfFile:
             self._still[key] = self.add("accessors", record | ends)
         return self._still[key]
 
-    def pack(self) -> bytes:
-        """The file."""
-        self.json["buffers"] = [{"byteLength": self._size}]
+    def pack(self, *more_buffers: dict[str, Any]) -> bytes:
+        """The file; more_buffers: records of buffers that are not in it."""
+        self.json["buffers"] = [{"byteLength": self._size}, *more_buffers]
         record = {name: value for name, value in self.json.items() if value != []}
         return packed(json.dumps(record, separators=(",", ":")), [*self._chunks, b""])
 
@@ -142,7 +143,7 @@ class Channels:
         target = {"node": node, "path": path}
         self.channels.append({"sampler": len(self.samplers) - 1, "target": target})
 
-    def animation(self, name: str = "speech") -> dict[str, Any]:
+    def animation(self, name: str = ACTION) -> dict[str, Any]:
         """The record of the animation."""
         return {"name": name, "samplers": self.samplers, "channels": self.channels}
 

@@ -148,7 +148,7 @@ def _add_images(
         images[kind] = {"pixels": list(picture.size), "media": picture.media}
         if picture.made_from:
             images[kind]["made_from"] = picture.made_from
-        sampler = SAMPLER | CLAMP if surface.fringed else SAMPLER
+        sampler = SAMPLER if surface.finish or not surface.fringed else SAMPLER | CLAMP
         name = f"{record['name']}_{kind}"
         return {"index": _texture(file, picture.data, picture.media, name, sampler)}
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from elocute.errors import ElocuteError, MachineError, printable
+from elocute.export.drawn_character import drawn
 from elocute.export.gltf import corners_of, glb_bytes
 from elocute.export.options import GlbOptions, HtmlOptions
 from elocute.export.soundtrack import Sound, pack_sound, sound_duration_s
@@ -22,7 +23,7 @@ from elocute.files.atomic import write_atomically
 from elocute.files.html_page import filled_page, script_bytes, script_json
 from elocute.head.looks.folds import folds_of
 from elocute.head.model import HeadModel
-from elocute.head.mouth_opening import ENDS, LEAST_REACH_M, REACH
+from elocute.head.mouth_opening import ENDS, LEAST_REACH_M, LIT_FROM, REACH
 from elocute.head.surface import EYE, Surface
 from elocute.motion.motion import Motion
 from elocute.render import shading
@@ -41,8 +42,6 @@ SHADOW_SIDE = 192
 LIGHT_GROUNDS = {"studio": ((0.88, 0.89, 0.90), (0.72, 0.735, 0.75))}
 """By the light, the ground's colours beside light controls; other lights keep their own ground."""
 ASSETS = Path(__file__).parent / "assets"
-ALL_SHAPES = GlbOptions(profile="elocute")
-"""The page shows the motion as it is."""
 
 
 def write_html(
@@ -60,7 +59,8 @@ def write_html(
     """
     path = Path(path)
     options = options or HtmlOptions()
-    pieces = page_pieces(motion, sound, options.title or path.stem, words, options.light)
+    title = options.title or path.stem
+    pieces = page_pieces(motion, sound, title, words, options.light, web=options.web)
     with write_atomically(path) as draft, draft.open("w", encoding="utf-8") as file:
         for piece in pieces:
             file.write(piece)
@@ -72,27 +72,62 @@ def page_pieces(
     title: str,
     words: Sequence[Label] = (),
     light: str = "studio",
+    *,
+    web: bool = False,
 ) -> list[str]:
-    """The page, to be joined. Raises MachineError where the viewer was not built."""
-    page, viewer = page_asset("viewer.html"), page_script("viewer.js")
-    packed, media = pack_sound(sound) if sound is not None else (b"", None)
-    head = motion.dressed().head
-    take = {
-        "fps": motion.fps,
-        "duration": motion.duration_s,
-        "sound": media,
-        "words": list(_captions(words)),
-        "stage": viewer_stage(head, light),
-        **viewer_views(head),
-    }
-    parts = {
+    """The page, to be joined; web: whether it is made small.
+
+    Raises MachineError where the viewer was not built, and where a small page is wanted and
+    `meshopt` is not installed.
+    """
+    motion = drawn(motion)
+    packed, media = pack_sound(sound, small=web) if sound is not None else (b"", None)
+    take = {"duration": motion.duration_s, "sound": media, "words": list(_captions(words))}
+    sound_part = {"@SOUND@": base64.b64encode(packed).decode()}
+    return head_page(*_page("viewer", packed=web), motion, title, light, take, sound_part, web=web)
+
+
+def live_page(motion: Motion, title: str, light: str = "studio") -> list[str]:
+    """The page that shows what `elocute live` sends, on the head of a motion of one frame.
+
+    Raises MachineError where the viewer was not built.
+    """
+    motion = motion.dressed()
+    told = {"joints": motion.head.joint_names}
+    return head_page(*_page("live"), motion, title, light, told, {})
+
+
+def head_page(
+    page: str,
+    script: str,
+    motion: Motion,
+    title: str,
+    light: str,
+    take: Mapping[str, Any],
+    parts: Mapping[str, str],
+    *,
+    web: bool = False,
+) -> list[str]:
+    """A page with its script and a head as it is drawn, to be joined.
+
+    take: what the script is told beside the stage and the views; parts: what stands in the page
+    besides, by its mark; web: whether the head is made small.
+    """
+    shapes = GlbOptions(profile="elocute", web=web)  # the page shows the motion as it is
+    head = motion.head
+    told = {"fps": motion.fps, **take, "stage": viewer_stage(head, light), **viewer_views(head)}
+    own = {
         "@TITLE@": html.escape(printable(title)),
-        "@TAKE@": script_json(take),
-        "@HEAD@": script_bytes(glb_bytes(motion, options=ALL_SHAPES, for_viewer=True)),
-        "@SOUND@": base64.b64encode(packed).decode(),
-        "@VIEWER@": viewer,
+        "@TAKE@": script_json(told),
+        "@HEAD@": script_bytes(glb_bytes(motion, options=shapes, for_viewer=True)),
+        "@VIEWER@": script,
     }
-    return filled_page(page, parts)
+    return filled_page(page, {**own, **parts})
+
+
+def _page(name: str, *, packed: bool = False) -> tuple[str, str]:
+    """A page that was built with its script."""
+    return page_asset(f"{name}.html"), page_script(f"{name}.js", packed=packed)
 
 
 def _captions(words: Sequence[Label]) -> Iterator[tuple[float, float, str, str]]:
@@ -115,9 +150,25 @@ def page_asset(name: str) -> str:
         ) from error
 
 
-def page_script(name: str) -> str:
-    """A bundle with the notice of three.js, which its copies carry: every page is one."""
-    return f"/*\n{page_asset('THIRD_PARTY_NOTICES.txt')}*/\n{page_asset(name)}"
+def page_script(name: str, *, packed: bool = False) -> str:
+    """A bundle with the notices of what is in it, which its copies carry: every page is one.
+
+    packed: whether it comes compressed, and unpacks itself.
+    """
+    script = page_asset(name)
+    if packed:
+        script = UNPACKS.replace("@SCRIPT@", script_bytes(script.encode()))
+    return f"/*\n{page_asset('THIRD_PARTY_NOTICES.txt')}*/\n{script}"
+
+
+UNPACKS = """(async () => {
+  const bytes = Uint8Array.from(atob("@SCRIPT@"), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const script = document.createElement("script");
+  script.textContent = await new Response(stream).text();
+  document.body.append(script);
+})();
+"""
 
 
 def viewer_stage(head: HeadModel, light: str = "studio") -> dict[str, Any]:
@@ -192,6 +243,7 @@ def _mouth(head: HeadModel) -> dict[str, Any] | None:
                 "lower": lower,
                 "corners": ends,
                 "ends": ENDS,
+                "lit_from": LIT_FROM,
                 "reach": REACH,
                 "least_reach": LEAST_REACH_M,
             }
@@ -212,6 +264,10 @@ def _part(part: Part) -> dict[str, Any]:
         "inside": part.inside,
         "core": part.core,
         "fringe_gain": part.fringe_gain,
+        "fades": part.fades,
+        "metal": float(part.surface.metal),
+        "alpha": float(part.surface.alpha),
+        "shade": part.surface.shade,
     }
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from elocute.export.drawn_character import drawn
 from elocute.export.options import PictureOptions
 from elocute.files.atomic import write_atomically
 from elocute.head.model import HeadModel
@@ -33,7 +34,7 @@ def write_png(
 
     The sheet is twice as wide as `options.size`; its height follows. Raises OutputError.
     """
-    motion = motion.dressed()
+    motion = drawn(motion)
     frames = np.unique(np.linspace(0, motion.frame_count - 1, TILES).round().astype(int))
     options = options or PictureOptions()
     side = max(32, 2 * options.size[0] // COLUMNS)

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from elocute.errors import OutputError
 from elocute.export.options import (
+    ActionOptions,
     GlbOptions,
     HtmlOptions,
+    NpzOptions,
     PictureOptions,
     ShapeOptions,
     VrmaOptions,
@@ -36,7 +38,12 @@ class Format:
     sound_beside: bool = False  # whether the sound may be written beside it
     has_words: bool = False  # whether it shows words that are known
     has_alpha: bool = False  # whether it can leave out what lies behind the head
-    has_mesh: bool = False  # whether it holds or shows the head's own mesh
+    has_mesh: bool = False  # whether it holds the head's own mesh
+
+    @property
+    def draws(self) -> bool:
+        """Whether it shows the head, lit."""
+        return self.options in (PictureOptions, HtmlOptions)
 
     def option_names(self) -> tuple[str, ...]:
         """The names of its options; () where it has none."""
@@ -44,30 +51,27 @@ class Format:
 
 
 WRITERS: dict[str, Format] = {
-    ".npz": Format("npz", "write_npz"),
+    ".npz": Format("npz", "write_npz", NpzOptions),
     ".glb": Format("gltf", "write_glb", GlbOptions, has_sound=True, sound_beside=True),
+    ".fbx": Format("fbx", "write_fbx", ActionOptions, has_mesh=True),
     ".usdz": Format("usdz", "write_usdz", ShapeOptions, has_sound=True, has_mesh=True),
     ".vrm": Format("vrm", "write_vrm"),
     ".vrma": Format("vrm_animation", "write_vrma", VrmaOptions),
-    ".mp4": Format("video", "write_video", PictureOptions, has_sound=True, has_mesh=True),
-    ".webm": Format(
-        "video", "write_video", PictureOptions, has_sound=True, has_alpha=True, has_mesh=True
-    ),
-    ".mov": Format(
-        "video", "write_video", PictureOptions, has_sound=True, has_alpha=True, has_mesh=True
-    ),
-    ".html": Format(
-        "html", "write_html", HtmlOptions, has_sound=True, has_words=True, has_mesh=True
-    ),
+    ".mp4": Format("video", "write_video", PictureOptions, has_sound=True),
+    ".webm": Format("video", "write_video", PictureOptions, has_sound=True, has_alpha=True),
+    ".mov": Format("video", "write_video", PictureOptions, has_sound=True, has_alpha=True),
+    ".html": Format("html", "write_html", HtmlOptions, has_sound=True, has_words=True),
     ".csv": Format("arkit_csv", "write_csv"),
     ".json": Format("curves_json", "write_json"),
     ".npy": Format("meshes", "write_npy", has_mesh=True),
     ".obj": Format("meshes", "write_obj", has_mesh=True),
     ".ply": Format("meshes", "write_ply", has_mesh=True),
-    ".png": Format("pictures", "write_png", PictureOptions, has_alpha=True, has_mesh=True),
+    ".png": Format("pictures", "write_png", PictureOptions, has_alpha=True),
 }
-SHAPE_OPTIONS = ("profile", "visemes")
-"""Options that say which shapes a file has."""
+WITHOUT_SOUND_BESIDE = ("embed_audio", "animation_only", "add")
+"""Options with one of which no sound lies beside a .glb: it is inside, or there are many takes."""
+OWN_HEAD_OPTIONS = ("profile", "visemes", "web")
+"""Options that say how a head of our own is written, beside which a character's file stays."""
 
 
 def check_suffix(path: str | Path) -> str:
@@ -113,7 +117,7 @@ def format_options(path: str | Path, options: Mapping[str, Any]) -> Any:
 
     Returns
     -------
-    GlbOptions, HtmlOptions, PictureOptions, ShapeOptions, VrmaOptions or None
+    GlbOptions, HtmlOptions, PictureOptions, … or None
         None for a format without options.
 
     Raises
@@ -207,14 +211,14 @@ def write(
 def check_character(head: HeadModel, path: str | Path, options: Mapping[str, Any]) -> None:
     """Refuse what a head that stands for a character in its own file cannot be written as.
 
-    Raises OutputError for such a head, where the format needs a mesh or one of its options says
-    which shapes there are.
+    Raises OutputError for such a head, where the format needs a mesh of our own or one of its
+    options is for heads of our own.
     """
     suffix = check_suffix(path)
     if head.character is None:
         return
     for name in options:
-        if name in SHAPE_OPTIONS:
+        if name in OWN_HEAD_OPTIONS:
             raise OutputError.about(
                 f"`{name}`",
                 found=f"a head with shapes of its own ({head.character.name})",
@@ -231,14 +235,16 @@ def check_character(head: HeadModel, path: str | Path, options: Mapping[str, Any
 
 
 def side_files(
-    path: Path, sound: Any, *, embed_audio: bool = False, cut: bool = False
+    path: Path, sound: Any, options: Mapping[str, Any], *, cut: bool = False
 ) -> list[Path]:
     """The files that `write` makes beside an output.
 
-    embed_audio: whether the sound goes inside; cut: whether only a part of the sound is meant,
-    which cannot lie there already.
+    options: of the formats; cut: whether only a part of the sound is meant, which cannot lie there
+    already.
     """
-    if not WRITERS[check_suffix(path)].sound_beside or sound is None or embed_audio:
+    if not WRITERS[check_suffix(path)].sound_beside or sound is None:
+        return []
+    if any(options.get(name) for name in WITHOUT_SOUND_BESIDE):
         return []
     from elocute.export.gltf import wav_beside
 

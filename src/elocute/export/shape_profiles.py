@@ -54,16 +54,16 @@ class FittedShapes:
 
     def weights(self, motion: Motion) -> Float32Array:
         """(frame, target) weights, 0 to 1, but where a curve that is taken over is beyond."""
-        found = np.zeros((motion.frame_count, len(self.names)), np.float32)
+        values = np.zeros((motion.frame_count, len(self.names)), np.float32)
         columns = [self.names.index(name) for name in self.fitted]
-        found[:, columns] = self._fit(motion).weights
+        values[:, columns] = self._fit(motion).weights
         for name, curves in self.shared.items():
             own = [motion.names.index(each) for each in curves]
-            found[:, self.names.index(name)] = motion.weights[:, own].mean(axis=1)
+            values[:, self.names.index(name)] = motion.weights[:, own].mean(axis=1)
         if self.silent:
-            rest = 1 - np.take(found, columns, axis=1).sum(axis=1)
-            found[:, self.names.index(self.silent)] = np.maximum(rest, 0)
-        return found
+            rest = 1 - np.take(values, columns, axis=1).sum(axis=1)
+            values[:, self.names.index(self.silent)] = np.maximum(rest, 0)
+        return values
 
     def shown(self, motion: Motion) -> Float32Array:
         """(frame, component) the weights of the head's shapes that the targets look like."""
@@ -111,11 +111,11 @@ def farthest_mm(
     off = shown - motion.weights
     used = np.flatnonzero(np.abs(off).max(axis=0, initial=0) > 0)
     basis = motion.head.expression_basis[used][:, vertices]
-    found = np.zeros(len(off))
+    squared = np.zeros(len(off))
     for start in range(0, len(off), BLOCK):
         apart = np.tensordot(off[start : start + BLOCK, used], basis, 1)
-        found[start : start + BLOCK] = (apart**2).sum(axis=2).max(axis=1, initial=0)
-    return 1000 * np.sqrt(found)
+        squared[start : start + BLOCK] = (apart**2).sum(axis=2).max(axis=1, initial=0)
+    return 1000 * np.sqrt(squared)
 
 
 def oculus_shapes(head: HeadModel) -> FittedShapes:
@@ -223,7 +223,7 @@ class TargetShapes:
         if not self.folded:
             return {}
         head = motion.head
-        told: dict[str, Any] = {}
+        shapes: dict[str, Any] = {}
         for name, parts in self.folded.items():
             shape = head.expression_basis[head.expression_index(name)]
             stand_in = np.zeros_like(shape)
@@ -232,19 +232,19 @@ class TargetShapes:
             apart = np.linalg.norm(shape - stand_in, axis=1)
             moved = np.linalg.norm(shape, axis=1) > 0
             mean = float(apart[moved].mean()) if moved.any() else 0.0
-            told[name] = {
+            shapes[name] = {
                 "into": parts,
                 "left_mm": {"max": _mm(apart.max(initial=0)), "mean": _mm(mean)},
             }
         left_mm = farthest_mm(motion, self.shown(motion)).max(initial=0)
-        return {"shapes": told, "take_mm": round(float(left_mm), 3)}
+        return {"shapes": shapes, "take_mm": round(float(left_mm), 3)}
 
     def shown(self, motion: Motion) -> Float32Array:
         """(frame, component) the weights of the head's shapes that the targets are."""
-        found, weights = np.zeros_like(motion.weights), self.weights(motion)
+        equivalent, weights = np.zeros_like(motion.weights), self.weights(motion)
         own = [place for place, name in enumerate(self.names) if name in motion.names]
-        found[:, [motion.names.index(self.names[place]) for place in own]] = weights[:, own]
-        return found
+        equivalent[:, [motion.names.index(self.names[place]) for place in own]] = weights[:, own]
+        return equivalent
 
 
 Targets = TargetShapes | FittedShapes

@@ -53,14 +53,15 @@ def write_wav(sound: Sound, path: Path, rate: int = RATE) -> None:
             file.writeframes(np.rint(np.clip(block, -1, 1) * 32767).astype("<i2").tobytes())
 
 
-def pack_sound(sound: Sound) -> tuple[bytes, str]:
+def pack_sound(sound: Sound, *, small: bool = False) -> tuple[bytes, str]:
     """The sound as bytes that every browser plays, and their media type.
 
-    Short sound stays exact; long sound becomes MP3, whose header lets players skip its delay.
+    Short sound stays exact, unless it is to be small; long sound becomes MP3, whose header lets
+    players skip its delay.
     """
     import soundfile
 
-    short = (sound_duration_s(sound) or WAV_LONGEST_S + 1) <= WAV_LONGEST_S
+    short = not small and (sound_duration_s(sound) or WAV_LONGEST_S + 1) <= WAV_LONGEST_S
     kind, subtype = ("WAV", "PCM_16") if short else ("MP3", "MPEG_LAYER_III")
     packed, rate = io.BytesIO(), 32000
     with soundfile.SoundFile(packed, "w", rate, 1, subtype, format=kind) as file:

@@ -7,7 +7,7 @@ of faces, materials to subsets of them. jawOpen is a blend shape; the jaw joint 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -218,21 +218,31 @@ def _subsets(head: HeadModel) -> str:
     return "".join(parts)
 
 
-def _blend_shapes(head: HeadModel, shapes: Targets) -> str:
-    parts = []
-    turns = morphed_normals(head.template, head.triangles, shapes.basis)
-    for name, delta, (near, change) in zip(shapes.names, shapes.basis, turns, strict=True):
+def shape_changes(
+    head: HeadModel, basis: Float32Array
+) -> Iterator[tuple[NDArray[np.intp], Float32Array, Float32Array]]:
+    """Per shape of a basis (shape, vertex, 3) m: which vertices it moves or turns (row,), by how
+    much (row, 3) m, and the change of their unit normals (row, 3)."""
+    turns = morphed_normals(head.template, head.triangles, basis)
+    for delta, (near, change) in zip(basis, turns, strict=True):
         clear = (change * change).sum(axis=1) > NORMAL_STEP**2
         moved = moved_vertices(delta)
         moved[near[clear]] = True
         rows = np.flatnonzero(moved)
         turn = np.zeros_like(delta)
         turn[near[clear]] = change[clear]
+        yield rows, delta[rows], turn[rows]
+
+
+def _blend_shapes(head: HeadModel, shapes: Targets) -> str:
+    parts = []
+    changes = shape_changes(head, shapes.basis)
+    for name, (rows, delta, turn) in zip(shapes.names, changes, strict=True):
         parts.append(f"""
         def BlendShape "{identifier(name)}"
         {{
-            uniform vector3f[] normalOffsets = {tuples(turn[rows])}
-            uniform vector3f[] offsets = {tuples(delta[rows])}
+            uniform vector3f[] normalOffsets = {tuples(turn)}
+            uniform vector3f[] offsets = {tuples(delta)}
             uniform int[] pointIndices = {numbers(rows)}
         }}
 """)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elocute.errors import OutputError
+from elocute.export.drawn_character import drawn
 from elocute.export.options import PictureOptions
 from elocute.export.pictures import open_pictures
 from elocute.export.soundtrack import RATE, Sound, sound_blocks
@@ -71,8 +72,9 @@ def write_video(
     Raises OutputError for a place that cannot be written, and a background that cannot be read;
     MachineError where no renderer works.
     """
-    motion, options = motion.dressed(), options or PictureOptions()
+    options = options or PictureOptions()
     wide, high = options.size
+    motion = drawn(motion, wide / high)
     size = (wide - wide % 2, high - high % 2)
     coding = CODINGS[Path(path).suffix.lower(), options.transparent]
     with (
@@ -179,8 +181,8 @@ class _Encoder:
             while (picture := self._pictures.get()) is not None:
                 with _as_output_errors():
                     clear = picture.shape[2] == 4
-                    given = spread_colours(picture) if clear else picture
-                    frame = av.VideoFrame.from_ndarray(given, format="rgba" if clear else "rgb24")
+                    pixels = spread_colours(picture) if clear else picture
+                    frame = av.VideoFrame.from_ndarray(pixels, format="rgba" if clear else "rgb24")
                     frame = frame.reformat(format=self._coding.pixels, dst_colorspace="ITU709")
                     frame.pts, frame.time_base = self._frames, 1 / self._rate
                     self._frames += 1
@@ -230,6 +232,7 @@ def spread_colours(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
     Parameters
     ----------
     picture : (height, width, 4) uint8
+        With straight alpha.
 
     Returns
     -------

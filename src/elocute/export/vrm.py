@@ -113,12 +113,12 @@ def vrm_bytes(motion: Motion) -> bytes:
 
 def _meta(head: HeadModel) -> dict[str, Any]:
     """Whose it is, and what is allowed; of a head that is not ours only what is always allowed."""
-    told: dict[str, Any] = {"name": head.name, "licenseUrl": LICENCE}
+    meta: dict[str, Any] = {"name": head.name, "licenseUrl": LICENCE}
     if head.notice:
-        told["copyrightInformation"] = head.notice
+        meta["copyrightInformation"] = head.notice
     if head.notice != load_builtin_head().notice:
-        return told | {"authors": ["unknown"]}
-    return told | {
+        return meta | {"authors": ["unknown"]}
+    return meta | {
         "authors": ["Elocute", "MakeHuman Community"],
         "avatarPermission": "everyone",
         "commercialUsage": "corporation",

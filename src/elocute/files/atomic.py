@@ -92,6 +92,17 @@ def write_atomically(path: str | Path) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
+def working_folder(folder: Path, name: str) -> Iterator[Path]:
+    """A hidden folder in a folder, for what this process needs while it runs; removed at the end.
+
+    What a process that was killed leaves of it is removed as drafts are. Raises OutputError where
+    it cannot be made.
+    """
+    with _draft_folder(check_output(folder / name)) as room:
+        yield room
+
+
+@contextlib.contextmanager
 def unchanged(path: Path) -> Iterator[None]:
     """In this block `write_atomically` replaces `path` only as it is now, or as it wrote it."""
     place = _place(path)
@@ -263,8 +274,8 @@ def remove_stale_drafts(folder: Path) -> list[Path]:
     removed = []
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
-            found = _DRAFT.search(entry.name)
-            if not found or not entry.name.startswith(".") or not _is_stale(entry, found):
+            draft = _DRAFT.search(entry.name)
+            if not draft or not entry.name.startswith(".") or not _is_stale(entry, draft):
                 continue
             if _discard(Path(entry.path), folder):
                 removed.append(Path(entry.path))
@@ -279,8 +290,8 @@ def remove_own_drafts() -> None:
     for folder in _FOLDERS:
         with contextlib.suppress(OSError), os.scandir(folder) as entries:
             for entry in entries:
-                found = _DRAFT.search(entry.name)
-                if found and found["host"] == _host() and int(found["pid"]) == os.getpid():
+                draft = _DRAFT.search(entry.name)
+                if draft and draft["host"] == _host() and int(draft["pid"]) == os.getpid():
                     _discard(Path(entry.path), folder)
 
 

@@ -11,6 +11,24 @@ DEMUXERS = (
     "mpegts,mpeg,caf,au,wv,ape,tta,mxf,gsm,mpegvideo"
 )
 
+SOUND_SUFFIXES = (
+    ".wav",
+    ".flac",
+    ".mp3",
+    ".ogg",
+    ".oga",
+    ".opus",
+    ".m4a",
+    ".aac",
+    ".mp4",
+    ".mov",
+    ".mkv",
+    ".webm",
+    ".aif",
+    ".aiff",
+)
+"""What files of sound and video are called, where a folder is looked through."""
+
 
 def open_media(path: str | Path, *, pixels_max: int | None = None) -> Any:
     """Open a local file of sound or video: an av.container.InputContainer, for the caller to close.

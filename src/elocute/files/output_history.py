@@ -66,8 +66,10 @@ def fingerprint(path: Path) -> str | None:
             for name in sorted([*folders, *names]):
                 place = Path(folder, name)
                 facts = place.lstat()
-                told = "" if stat.S_ISDIR(facts.st_mode) else f"{facts.st_size} {facts.st_mtime_ns}"
-                inside.update(os.fsencode(place.relative_to(path)) + f"\0{told}\0".encode())
+                state = (
+                    "" if stat.S_ISDIR(facts.st_mode) else f"{facts.st_size} {facts.st_mtime_ns}"
+                )
+                inside.update(os.fsencode(place.relative_to(path)) + f"\0{state}\0".encode())
         return f"folder {inside.hexdigest()}"
     except OSError:
         return None if not os.path.lexists(path) else "unknown"

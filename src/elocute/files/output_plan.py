@@ -44,6 +44,7 @@ class PlannedOutput:
     path: Path  # the output
     sources: tuple[Source, ...]  # what it is made from: files, or texts that name something else
     beside: Path | None = None  # the output that it is a side file of
+    grown: bool = False  # whether something is added to a file that may be there
 
     @property
     def origin(self) -> str:
@@ -74,12 +75,15 @@ class OutputPlan:
         self.kept: list[Path] = []
         """Files that are there and stay as they are, since the user said so."""
 
-    def add(self, path: Path, *sources: Source, beside: Path | None = None) -> None:
+    def add(
+        self, path: Path, *sources: Source, beside: Path | None = None, grown: bool = False
+    ) -> None:
         """Plan an output that is made from sources, which count as inputs of the run.
 
-        A side file is `beside` another output.
+        A side file is `beside` another output. One that is `grown` is a file to which the run adds:
+        it may be there, and several outputs may go into it.
         """
-        self._planned.append(PlannedOutput(path, sources, beside))
+        self._planned.append(PlannedOutput(path, sources, beside, grown))
         self._inputs += sources
 
     def make_folder(self, folder: Path) -> None:
@@ -104,7 +108,7 @@ class OutputPlan:
         inputs = _by_identity(self._inputs)
         for planned in self._planned:
             _refuse_inputs(planned, inputs)
-            if self._seen[planned.path] is None:
+            if self._seen[planned.path] is None or planned.grown:
                 continue
             if no_clobber:
                 self.kept.append(planned.path)
@@ -232,7 +236,7 @@ def _refuse_collisions(planned: list[PlannedOutput]) -> None:
     for one in planned:
         folder, name = os.path.realpath(one.path.parent), one.path.name
         other = first.setdefault((folder, name), one)
-        if other is not one and other != one:
+        if other is not one and other != one and not (one.grown and other.grown):
             raise _collision(one, other)
         plain = unicodedata.normalize("NFC", unicodedata.normalize("NFC", name).casefold())
         other = alike.setdefault((folder, plain), one)

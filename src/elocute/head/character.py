@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from elocute.errors import HeadError
 from elocute.files.json_records import as_record, finite_number, parse_json
-from elocute.meshes.gltf_document import GltfDocument, gltf_document
+from elocute.meshes.gltf_document import GltfDocument, gltf_document, morph_targets
 
 VERSION = 1
 RECORD_MAX_BYTES = 20_000_000
@@ -80,8 +80,9 @@ class Character:
 
     `name` is what messages call it: the name of its file. `nodes` are those whose meshes are moved,
     `controls` their morph targets, `turns` its joints. `facing_deg` is how far its face is turned
-    about +Y from +Z. `notes` say which shapes and meshes nothing moves. Raises HeadError where
-    these name what the file does not have.
+    about +Y from +Z, before both are turned about +X by `tilt_deg`: by 90 where +Z is up. `notes`
+    say which shapes and meshes nothing moves. Raises HeadError where these name what the file does
+    not have.
     """
 
     name: str
@@ -91,6 +92,7 @@ class Character:
     turns: tuple[Turn, ...] = ()
     facing_deg: float = 0.0
     notes: tuple[str, ...] = ()
+    tilt_deg: float = 0.0
 
     def __post_init__(self) -> None:
         meshes = {self._mesh_of(node) for node in self.nodes}
@@ -116,8 +118,10 @@ class Character:
     @property
     def axes(self) -> NDArray[np.float64]:
         """(3, 3) from the built-in head's axes to the scene's."""
-        sine, cosine = np.sin(np.radians(self.facing_deg)), np.cos(np.radians(self.facing_deg))
-        return np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
+        angles = np.radians([self.facing_deg, self.tilt_deg])
+        (sine, up), (cosine, flat) = np.sin(angles), np.cos(angles)
+        turned = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
+        return np.array([[1, 0, 0], [0, flat, -up], [0, up, flat]]) @ turned
 
     @cached_property
     def meshes(self) -> tuple[int, ...]:
@@ -126,7 +130,7 @@ class Character:
 
     def target_count(self, mesh: int) -> int:
         """How many morph targets a mesh has."""
-        return len(self.document.records("meshes")[mesh]["primitives"][0].get("targets", ()))
+        return len(morph_targets(self.document.records("meshes")[mesh]))
 
     def arrays(self) -> dict[str, NDArray[np.uint8]]:
         """What an .npz stores: the file as it is, and the mapping as JSON."""
@@ -139,6 +143,7 @@ class Character:
             "controls": [vars(control) for control in self.controls],
             "turns": [vars(turn) for turn in self.turns],
             "facing_deg": self.facing_deg,
+            "tilt_deg": self.tilt_deg,
             "notes": self.notes,
         }
         return {
@@ -174,6 +179,7 @@ def character_of_arrays(stored: Mapping[str, NDArray[Any]]) -> Character | None:
         tuple(_turn(each) for each in _list(record.get("turns"))),
         _number(record.get("facing_deg"), 360.0),
         tuple(_text(each) for each in _list(record.get("notes", []))),
+        _number(record.get("tilt_deg", 0.0), 360.0),
     )
 
 
@@ -193,8 +199,8 @@ def _control(record: Any) -> Control:
     )
 
 
-def _overrides(given: dict[str, Any]) -> dict[str, Any]:
-    return as_record(given.get("overrides", {}), "character", ALLOWED, HeadError)
+def _overrides(record: dict[str, Any]) -> dict[str, Any]:
+    return as_record(record.get("overrides", {}), "character", ALLOWED, HeadError)
 
 
 def _turn(record: Any) -> Turn:

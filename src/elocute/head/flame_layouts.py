@@ -127,16 +127,16 @@ def _frame_paths(path: Path) -> tuple[list[Path], NDArray[np.int64]]:
     return frames, _places(path, frames, [numbers(each) for each in frames])
 
 
-def _places(path: Path, found: list[Path], numbers: list[list[int]]) -> NDArray[np.int64]:
+def _places(path: Path, files: list[Path], numbers: list[list[int]]) -> NDArray[np.int64]:
     """Where frames belong in a recording, by the first number in their names that changes.
 
     Raises HeadError for two faces of a frame, as EMOCA has them: 000001_000, 000001_001.
     """
     columns = [np.array(each) for each in zip(*numbers, strict=False) if len({*each}) > 1]
-    steps = np.diff(columns[0]) if columns else np.ones(len(found) - 1, np.int64)
+    steps = np.diff(columns[0]) if columns else np.ones(len(files) - 1, np.int64)
     if len(steps) and not steps.min():
         at = int(steps.argmin())
-        twice = f"{found[at].name} and {found[at + 1].name}, of one frame"
+        twice = f"{files[at].name} and {files[at + 1].name}, of one frame"
         raise HeadError.about(path, found=twice, allowed="one face in a folder")
     places = np.concatenate([[0], np.cumsum(steps // max(1, steps.min(initial=FRAMES_MAX)))])
     if places[-1] >= FRAMES_MAX:

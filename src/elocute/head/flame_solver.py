@@ -288,14 +288,14 @@ def _descended(
 
 
 def _solve_shape(
-    problem: _Problem, given: NDArray[np.floating] | ArrayFile, neutral: ArrayLike | None
+    problem: _Problem, frames: NDArray[np.floating] | ArrayFile, neutral: ArrayLike | None
 ) -> Float64Array:
     """(identity,): Gauss-Newton on shape and a few frames together, the frames eliminated."""
     if not problem.identities:
         return np.zeros(0)
     if neutral is None:
-        places = np.unique(np.linspace(0, len(given) - 1, SHAPE_FRAMES).astype(int))
-        targets = [_frame(given, int(place)) for place in places]
+        places = np.unique(np.linspace(0, len(frames) - 1, SHAPE_FRAMES).astype(int))
+        targets = [_frame(frames, int(place)) for place in places]
     else:
         rest = np.asarray(neutral, np.float64)
         if rest.shape != problem.model.template.shape or not np.isfinite(rest).all():
@@ -374,8 +374,8 @@ def _shape_step(
     return shape + step, changed
 
 
-def _frame(given: NDArray[np.floating] | ArrayFile, frame: int) -> Float64Array:
-    target = np.asarray(given[frame], np.float64).reshape(-1, 3)
+def _frame(frames: NDArray[np.floating] | ArrayFile, frame: int) -> Float64Array:
+    target = np.asarray(frames[frame], np.float64).reshape(-1, 3)
     if not np.isfinite(target).all():
         raise HeadError.about("vertices", found=f"NaN or infinity at frame {frame}")
     return target
@@ -396,7 +396,7 @@ def _checked(model: FlameModel, vertices: Vertices) -> NDArray[np.floating] | Ar
 
 
 def _distances(
-    model: FlameModel, parameters: FlameParameters, given: NDArray[np.floating] | ArrayFile
+    model: FlameModel, parameters: FlameParameters, frames: NDArray[np.floating] | ArrayFile
 ) -> NDArray[np.float64]:
     """(frame,) mean mm between FLAME's equations and the given vertices."""
     means = []
@@ -408,5 +408,5 @@ def _distances(
             parameters.pose[frame],
             parameters.translation[frame],
         )[0]
-        means.append(1000 * np.linalg.norm(points - _frame(given, frame), axis=1).mean())
+        means.append(1000 * np.linalg.norm(points - _frame(frames, frame), axis=1).mean())
     return np.array(means)

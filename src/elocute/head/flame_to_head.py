@@ -22,8 +22,8 @@ def head_from_flame(model: FlameModel, *, name: str = "FLAME") -> HeadModel:
 
     It has all identities and the expressions `flameExpression000`, …, whose weights are standard
     deviations of either sign. FLAME names no places, so landmarks, lips and regions are empty and
-    mouth measures refuse this head. A HeadModel has no pose correctives, and its joints do not move
-    with expressions; where these matter, use `flame_vertices`.
+    mouth measures refuse this head. Its vertices are those of `flame_vertices`, with pose
+    blendshapes and joints that follow the face; a .glb has room for neither.
     """
     identity = np.moveaxis(model.identity_basis, 2, 0)
     expression = np.moveaxis(model.expression_basis, 2, 0)
@@ -44,6 +44,8 @@ def head_from_flame(model: FlameModel, *, name: str = "FLAME") -> HeadModel:
         joint_positions=(model.joint_regressor @ model.template).astype(np.float32),
         joint_identity_basis=(model.joint_regressor @ identity).astype(np.float32),
         skin_weights=model.skin_weights.astype(np.float32),
+        pose_basis=np.ascontiguousarray(np.moveaxis(model.pose_basis, 2, 0), np.float32),
+        joint_regressor=model.joint_regressor.astype(np.float32),
         material=np.where(eyes[triangles].all(axis=1), 1, 0).astype(np.uint8),
         material_names=MATERIALS,
         vertex_color=_colors(model, eyes),

@@ -162,11 +162,11 @@ def read_identity(
     count = f"{least}" if least == most else f"{least} to {most}"
     allowed = f'{{"identity": [{count} numbers from -5 to 5]}}'
     stored = read_record(path, FileKind(allowed, FILE_MAX_BYTES, HeadError))
-    given = stored.get("identity")
-    found = [finite_number(value) for value in given] if isinstance(given, list) else [None]
-    if None in found:
+    listed = stored.get("identity")
+    values = [finite_number(value) for value in listed] if isinstance(listed, list) else [None]
+    if None in values:
         raise HeadError.about(path, found="not one list of numbers", allowed=allowed)
-    numbers = np.array(found, np.float64)
+    numbers = np.array(values, np.float64)
     if numbers.ndim != 1 or not least <= numbers.size <= most:
         found = f"{numbers.size} numbers" if numbers.ndim == 1 else "not one list of numbers"
         raise HeadError.about(path, found=found, allowed=allowed)

@@ -22,6 +22,8 @@ _SAME = {
 def joint_index(head: HeadModel, joint: str) -> int:
     """The index of a joint by its name; `eyeLeft`, `eye_left` and `left_eye` are the same.
 
+    The head of a skeleton without such a joint, as FLAME's, turns by its neck.
+
     Raises MotionError for a joint that the head lacks.
     """
     check_kind("joint", joint, str, ", ".join(head.joint_names), MotionError)
@@ -30,6 +32,8 @@ def joint_index(head: HeadModel, joint: str) -> int:
     plain = [_plain(name) for name in head.joint_names]
     if _plain(joint) in plain:
         return plain.index(_plain(joint))
+    if _plain(joint) == "head" and "neck" in plain:
+        return plain.index("neck")
     raise MotionError.about(
         f"joint {joint!r}",
         found=f"no such joint on head {head.name!r}",

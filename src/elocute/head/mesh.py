@@ -147,12 +147,16 @@ def head_from_arrays(
 def with_template(head: HeadModel, template: NDArray[np.float32], name: str) -> HeadModel:
     """The same rig with another neutral face; joints move with the vertices around them.
 
-    The head, which messages call `name`, has no identity space.
+    The head has no identity space.
 
     Parameters
     ----------
+    head : HeadModel
+        The rig.
     template : (vertex, 3) float32
         Metres.
+    name : str
+        What messages call the new head.
 
     Raises
     ------

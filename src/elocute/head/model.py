@@ -15,8 +15,10 @@ from elocute.head.looks.look import Look
 from elocute.head.model_checks import check_head, refuse
 from elocute.head.shape_reach import shape_reach
 from elocute.head.skin_tone import TONE_SHARES, recoloured
+from elocute.head.skinning import skin
 from elocute.head.surface import Surface
 from elocute.numerics.input_checks import floats_of
+from elocute.numerics.quaternions import to_matrices
 
 Int32Array = NDArray[np.int32]
 
@@ -27,9 +29,9 @@ class HeadModel:
 
     Lengths are metres; +Y is up, +Z points out of the face and +X to the head's own left. Every
     basis is linear: vertices = template + Σ identity · identity_basis + Σ expression ·
-    expression_basis, then linear blend skinning by the joints. An identity coefficient is a
-    standard deviation; an expression weight lies in 0 to 1. A head need not name its places:
-    landmarks, lips, corners, regions and mirror are then empty.
+    expression_basis, then pose blendshapes where the head has them, and linear blend skinning by
+    the joints. An identity coefficient is a standard deviation; an expression weight lies in 0 to
+    1. A head need not name its places: landmarks, lips, corners, regions and mirror are then empty.
 
     Parameters
     ----------
@@ -88,6 +90,11 @@ class HeadModel:
         the first components; the others leave it.
     trait_basis : (2, at most 1 + identity) or (0, number) float32
         The same of sex (0 woman to 1 man) and of age in years, as far as a face tells them.
+    pose_basis : (9 · (joint - 1), vertex, 3) or (0, 1, 3) float32
+        Pose blendshapes, m for each element of the rotation matrices, row by row, less those of
+        the zero pose; of all joints but the first.
+    joint_regressor : (joint, vertex) or (0, 1) float32
+        Joints as sums of the vertices before these turn; without it, they rest where they are.
     surfaces : dict of str to Surface
         Images by the name of a material; a material without one shows its vertex colours.
     look : Look, optional
@@ -137,6 +144,8 @@ class HeadModel:
     notice: str = field(repr=False)
     tone_basis: Float32Array = field(default_factory=lambda: np.zeros(0, np.float32))
     trait_basis: Float32Array = field(default_factory=lambda: np.zeros((0, 1), np.float32))
+    pose_basis: Float32Array = field(default_factory=lambda: np.zeros((0, 1, 3), np.float32))
+    joint_regressor: Float32Array = field(default_factory=lambda: np.zeros((0, 1), np.float32))
     surfaces: dict[str, Surface] = field(default_factory=dict, repr=False)
     look: Look | None = field(default=None, repr=False)
     character: Character | None = field(default=None, repr=False)
@@ -344,6 +353,35 @@ class HeadModel:
             Metres.
         """
         return self.identity_template(identity) + np.tensordot(expression, self.expression_basis, 1)
+
+    def posed(self, points: Float32Array, quaternions: Float32Array) -> Float32Array:
+        """Faces whose joints turn.
+
+        Parameters
+        ----------
+        points : (frame, vertex, 3) float32
+            In zero pose, m.
+        quaternions : (frame, joint, 4) float32
+            Unit quaternions wxyz, each relative to the parent.
+
+        Returns
+        -------
+        (frame, vertex, 3) float32
+            Metres.
+
+        References
+        ----------
+        Li et al. 2017, equations 2 to 4, for a head with pose blendshapes and a joint regressor.
+        """
+        centres = self.joint_positions
+        if len(self.joint_regressor):
+            centres = self.joint_regressor @ points
+        if len(self.pose_basis):
+            bent = to_matrices(quaternions[:, 1:]) - np.eye(3, dtype=np.float32)
+            moved = np.tensordot(bent.reshape(len(bent), -1), self.pose_basis, 1)
+            points = points + moved.astype(np.float32)
+        posed = skin(points, quaternions, centres, self.joint_parents, self.skin_weights)
+        return posed.astype(np.float32)
 
 
 def split_quads(quads: Int32Array) -> Int32Array:

@@ -16,7 +16,7 @@ LENGTH_MAX = 1e6
 """Beyond any unit of a head's lengths; squares and sums of such numbers still fit a float32."""
 NAME_MAX, NOTICE_MAX, NAMES_MAX = 200, 100_000, 10_000
 _MAY_BE_EMPTY = ("landmarks", "outer_corners", "inner_corners", "mirror")
-_PLACES = (
+PLACES = (
     "landmarks",
     "lip_rings",
     "outer_lip_upper",
@@ -38,12 +38,16 @@ _NUMBERS = (
     "occlusion",
     "tone_basis",
     "trait_basis",
+    "pose_basis",
+    "joint_regressor",
 )
-_WHOLE = ("quads", "uv_quads", *_PLACES, "material", "vertex_color")
+_WHOLE = ("quads", "uv_quads", *PLACES, "material", "vertex_color")
 _AXES = {
     **dict.fromkeys(("template", "quads", "uv", "uv_quads", "joint_positions", "skin_weights"), 2),
-    **dict.fromkeys(("lip_rings", "vertex_color", "trait_basis"), 2),
-    **dict.fromkeys(("identity_basis", "expression_basis", "joint_identity_basis"), 3),
+    **dict.fromkeys(("lip_rings", "vertex_color", "trait_basis", "joint_regressor"), 2),
+    **dict.fromkeys(
+        ("identity_basis", "expression_basis", "joint_identity_basis", "pose_basis"), 3
+    ),
 }
 """Axes where they are not one."""
 _REGIONS = ("regions", dict)
@@ -126,6 +130,10 @@ def _check_shapes(head: Mapping[str, Any]) -> None:
         "occlusion": (vertex,),
         "mirror": (vertex,),
     }
+    if len(head["pose_basis"]):
+        expected["pose_basis"] = (9 * (joint - 1), vertex, 3)
+    if len(head["joint_regressor"]):
+        expected["joint_regressor"] = (joint, vertex)
     for field_name, shape in expected.items():
         actual = head[field_name].shape
         if actual != shape and not (actual == (0,) and field_name in _MAY_BE_EMPTY):
@@ -144,7 +152,7 @@ def _check_values(head: Mapping[str, Any]) -> None:
                 f"{field_name} of {max(-low, high):g}" if finite else f"{field_name} is not finite"
             )
             refuse(head, found, f"up to {LENGTH_MAX:g}")
-    places = [(name, head[name], len(head["template"])) for name in ("quads", *_PLACES)]
+    places = [(name, head[name], len(head["template"])) for name in ("quads", *PLACES)]
     places += [
         (f"region {name[:40]}", values, len(head["template"]))
         for name, values in head["regions"].items()

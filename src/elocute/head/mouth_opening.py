@@ -15,9 +15,12 @@ from elocute.head.model import HeadModel
 ENDS = 0.70
 """Where the line ends, as a share of the way from its middle to the corners of the mouth: lips are
 close together beside it."""
-REACH, LEAST_REACH_M = 4.5, 0.0030
+REACH, LEAST_REACH_M = 1.2, 0.0018
 """How much deeper light comes in by half the opening's mean height, and how deep through shut
 lips."""
+LIT_FROM = 0.68
+"""Where between the upper and the lower lip the line lies: light comes from above, and a tooth
+below the upper lip is in its shade."""
 NO_LIPS_M = 1e6
 """The depth for a head that names no lips: as if they were wide open."""
 
@@ -27,6 +30,8 @@ def mouth_opening(head: HeadModel, points: FloatArray) -> Float32Array:
 
     Parameters
     ----------
+    head : HeadModel
+        Whose lips they are.
     points : (vertex, 3)
         The head's vertices, m.
 
@@ -40,7 +45,7 @@ def mouth_opening(head: HeadModel, points: FloatArray) -> Float32Array:
         return np.full((3, 4), NO_LIPS_M, np.float32)
     upper, lower = points[head.inner_lip_upper], points[head.inner_lip_lower]
     half = len(upper) // 2
-    middle = (upper[half] + lower[half]) / 2
+    middle = upper[half] + LIT_FROM * (lower[half] - upper[half])
     right, left = middle + ENDS * (points[head.inner_corners] - middle)
     height = np.linalg.norm(upper - lower, axis=1).mean() / 2
     line = np.stack([right, middle, left])

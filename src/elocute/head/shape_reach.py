@@ -33,10 +33,12 @@ def shape_reach(
 
     They are (3,) float32, for x, y and z of the displacements, by the name of a shape. Shapes that
     stay are left out, and those of a head that does not name its lids or corners, or has them in
-    one place. The head has the face that its shapes fit.
+    one place.
 
     Parameters
     ----------
+    head : LidsAndCorners
+        With the face that its shapes fit.
     template : (vertex, 3)
         Another neutral face, m.
     """

@@ -17,6 +17,7 @@ from elocute.files.reading import FileKind
 from elocute.head.character import character_of_arrays
 from elocute.head.looks.look import look_of_record
 from elocute.head.model import HeadModel
+from elocute.head.model_checks import PLACES
 from elocute.head.surface import surface_arrays, surfaces_of_arrays
 
 ALLOWED = "a head (.npz) that elocute.head.save_head wrote"
@@ -32,21 +33,9 @@ _FLOATS = (
     "skin_weights",
     "tone_basis",
 )
-_LATER_FLOATS = ("trait_basis",)
+_LATER_FLOATS = ("trait_basis", "pose_basis", "joint_regressor")
 """What the first heads were stored without."""
-_INDICES = (
-    "quads",
-    "uv_quads",
-    "landmarks",
-    "lip_rings",
-    "outer_lip_upper",
-    "outer_lip_lower",
-    "inner_lip_upper",
-    "inner_lip_lower",
-    "outer_corners",
-    "inner_corners",
-    "mirror",
-)
+_INDICES = ("quads", "uv_quads", *PLACES)
 _BASES = ("identity_basis", "expression_basis")
 _TEXTS = ("name", "notice")
 _TUPLES = ("expression_names", "joint_names", "joint_parents", "material_names")

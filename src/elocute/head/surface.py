@@ -47,6 +47,17 @@ class Surface:
         two sets of zones (`elocute.head.folds`), blue: finer lines of the first.
     fold_depth, fold_lines : float
         Factors of their depth, and of that of the finer lines.
+    finish : str
+        The finish of `elocute.render.shading` that light meets it with; "": the one that the name
+        of its material says. This and the next three are of characters that are drawn, and are
+        not stored.
+    metal : float
+        How much of a metal it is, 0 to 1; times the blue of `roughness` where there is one.
+    alpha : float
+        Factor of the alpha of `color`.
+    shade : (3,) tuple of float, optional
+        Of a surface that light does not meet: its colour is shown as it is, times this where it is
+        turned away from the key; all ones, the same everywhere.
     eye_rad, iris_rad, iris_depth : float
         Of an eye, in whose image the angle from its axis grows evenly from the middle: the angle
         at the image's edge and at that of the iris, and how many radii of the eye the iris lies
@@ -67,6 +78,10 @@ class Surface:
     eye_rad: float = 0.0
     iris_rad: float = 0.0
     iris_depth: float = 0.0
+    finish: str = ""
+    metal: float = 0.0
+    alpha: float = 1.0
+    shade: tuple[float, float, float] | None = None
 
     @property
     def fringed(self) -> bool:

@@ -112,13 +112,18 @@ class TaskQueue:
 
 def _started(work: Callable[[Any], Any]) -> _Worker:
     """A new process that waits for tasks."""
+    return _Worker(*spawned(_serve, work))
+
+
+def spawned(target: Callable[[Connection, Any], None], given: Any) -> tuple[Any, Connection]:
+    """A new process on one thread, and our end of the pipe whose other end `target` gets first."""
     context = get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=_serve, args=(theirs, work), daemon=True)
+    process = context.Process(target=target, args=(theirs, given), daemon=True)
     with _one_thread(), _out_of_reach():
         process.start()
     theirs.close()
-    return _Worker(process, ours)
+    return process, ours
 
 
 @contextlib.contextmanager
@@ -189,14 +194,19 @@ def _stop(worker: _Worker) -> None:
 
 def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
     """In a worker: a task in, its result out, until the driver closes the pipe or dies."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the driver stops its workers itself
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    belong_to_driver()
     while True:
         try:
             task = pipe.recv()
         except (EOFError, OSError):
             return
         pipe.send(run_task(work, task))
+
+
+def belong_to_driver() -> None:
+    """In a worker: the driver stops it, not Ctrl-C, and it ends with its driver."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
 def run_task(work: Callable[[Any], Any], task: Any) -> tuple[str, Any]:

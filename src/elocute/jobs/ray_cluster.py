@@ -193,11 +193,11 @@ def _reach(address: str) -> int:
         )
     except subprocess.TimeoutExpired as error:
         raise _unreachable(address, JOIN_S, "it took the connection and said nothing") from error
-    found = re.search(r"CPUS (\d+)", probe.stdout)
-    if found and int(found[1]):
-        return int(found[1])
+    answer = re.search(r"CPUS (\d+)", probe.stdout)
+    if answer and int(answer[1]):
+        return int(answer[1])
     output = probe.stderr
-    if found:
+    if answer:
         raise ClusterError(f"ray {address}: found no processor; allowed: one or more")
     if re.search(r"unauthenticated|authentication|InvalidAuth|token", output, re.IGNORECASE):
         raise ClusterError(f"ray {address}: the token was refused; allowed: the cluster's own")

@@ -153,7 +153,8 @@ def living_rotations(
         Quaternions wxyz; None for a head without such joints.
     """
     turns = np.zeros((len(rows), len(head.joint_names), 3))
-    parts = [joint for joint in (_joint(head, "neck"), _joint(head, "head")) if joint is not None]
+    found = (_joint(head, name) for name in ("neck", "head"))  # one and the same on FLAME
+    parts = [*dict.fromkeys(joint for joint in found if joint is not None)]
     shares = (NECK_SHARE, 1 - NECK_SHARE) if len(parts) == 2 else (1.0,)
     for joint, share in zip(parts, shares, strict=False):
         turns[:, joint] = share * head_turns(rows, life, mood)

@@ -26,7 +26,7 @@ class Life:
     gaze: float = setting(1.0, low=0.0, high=1.0, help="Movements of the eyes, and lids with them.")
     breath: float = setting(1.0, low=0.0, high=1.0, help="Breaths, at rest and before phrases.")
     cheeks: float = setting(1.0, low=0.0, high=1.0, help="Cheeks and lids, with mouth and accents.")
-    asymmetry: float = setting(1.0, low=0.0, high=1.0, help="How uneven an open mouth is.")
+    asymmetry: float = setting(1.0, low=0.0, high=1.0, help="Unevenness of an open mouth.")
 
     def __post_init__(self) -> None:
         check_settings(self, about="life")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
@@ -13,6 +14,7 @@ from elocute.export.shape_profiles import FittedShapes, vrm_shapes
 from elocute.head.builtin import load_builtin_head
 from elocute.models.streaming import Frame
 from elocute.motion.motion import Motion
+from elocute.numerics.quaternions import blend
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +59,38 @@ class LiveFrame:
         if self.motion.rotations is None:
             return np.array([1, 0, 0, 0], np.float32)
         return self.motion.rotations[0, self.motion.head.joint_names.index(name)]
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """Curves of a kind: their names in order, and their values of a frame by name."""
+
+    names: Callable[[], tuple[str, ...]]
+    values: Callable[[LiveFrame], dict[str, float]]
+
+
+def vrm_names() -> tuple[str, ...]:
+    """The names of VRM 1.0's expressions, in the order of `LiveFrame.vrm`."""
+    return _vrm_shapes().names
+
+
+SHAPES = {
+    "arkit": Shapes(lambda: COLUMNS, lambda frame: frame.arkit),
+    "vrm": Shapes(vrm_names, lambda frame: frame.vrm),
+    "elocute": Shapes(
+        lambda: load_builtin_head().expression_names,
+        lambda frame: dict(zip(frame.frame.names, frame.frame.values.tolist(), strict=True)),
+    ),
+}
+"""Whose names curves can have: ARKit's, the expressions of VRM 1.0, or all of the built-in head."""
+
+
+def faded(old: LiveFrame, new: LiveFrame, share: float) -> LiveFrame:
+    """What lies between two frames, at the time of the new one; share 0 is the old."""
+    values = old.frame.values + share * (new.frame.values - old.frame.values)
+    turned = blend(old.frame.rotations, new.frame.rotations, np.array(share))
+    turns = turned.astype(np.float32)
+    return replace(new, frame=replace(new.frame, values=values, rotations=turns))
 
 
 @cache

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elocute.array_types import Float32Array
+from elocute.audio.pcm import PcmBytes
 from elocute.audio.read import read_audio
 from elocute.errors import InputError, MachineError, needs_extra
 
 BLOCK_S = 0.02
-INT16 = 1 / 32768
 
 
 def file_blocks(path: Path, rate: int) -> Iterator[Float32Array]:
@@ -29,15 +30,11 @@ def file_blocks(path: Path, rate: int) -> Iterator[Float32Array]:
         yield block
 
 
-def pcm_blocks(rate: int, stream: IO[bytes] | None = None) -> Iterator[Float32Array]:
+def pcm_blocks(rate: int, stream: IO[bytes] | None = None) -> Iterator[NDArray[np.int16]]:
     """Mono samples of 16 bits, little-endian, from standard input, until it ends."""
-    source, size = stream or sys.stdin.buffer, 2 * round(rate * BLOCK_S)
-    left = b""
+    source, size, pcm = stream or sys.stdin.buffer, 2 * round(rate * BLOCK_S), PcmBytes()
     while data := source.read(size):
-        data = left + data
-        whole = len(data) // 2 * 2
-        left = data[whole:]
-        yield np.frombuffer(data[:whole], "<i2").astype(np.float32) * np.float32(INT16)
+        yield pcm.push(data)[:, 0]
 
 
 def microphone_blocks(rate: int) -> Iterator[Float32Array]:

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from ipaddress import ip_address
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from elocute.errors import InputError
+from elocute.errors import ElocuteError, InputError
 
 if TYPE_CHECKING:
     from elocute.live.live_frame import LiveFrame
@@ -25,22 +25,94 @@ class Encoder(Protocol):
         ...
 
 
+class Output(Protocol):
+    """Where frames go.
+
+    `address` is what it is told as, `failures` how many packets or frames were lost. With
+    `has_clock` its receivers show a frame at its own time; else it is sent when it is to be seen.
+    """
+
+    address: str
+    has_clock: bool
+    failures: int
+
+    def send(self, frame: LiveFrame) -> None:
+        """Send a frame, without waiting."""
+        ...
+
+    def close(self) -> None:
+        """Send nothing more."""
+        ...
+
+
+class UdpOutput:
+    """An encoder and the numeric address and port that its packets go to."""
+
+    has_clock = False
+
+    def __init__(self, encoder: Encoder, place: tuple[str, int]) -> None:
+        self._encoder, self._place = encoder, place
+        family = socket.AF_INET6 if ":" in place[0] else socket.AF_INET
+        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        self.address = f"{place[0]}:{place[1]}"
+        self.failures = 0
+
+    def send(self, frame: LiveFrame) -> None:
+        """Send a frame. A receiver that is not there misses it; such packets are counted."""
+        for packet in self._encoder.packets(frame):
+            try:
+                self._socket.sendto(packet, self._place)
+            except OSError:
+                self.failures += 1
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+@dataclass(frozen=True)
+class Access:
+    """Who may connect to what this process opens, and where it may send.
+
+    Parameters
+    ----------
+    allow_remote : bool
+        Whether other machines are sent to, and let in.
+    token : str
+        What who connects has to know; "" is nothing.
+    origins : tuple of str
+        Web pages of other servers that are let in, "http://localhost:5173".
+    """
+
+    allow_remote: bool = False
+    token: str = ""
+    origins: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True)
 class Target:
-    """A kind of target: the UDP port on which such programs listen, and who they are in a few
-    words.
+    """A kind of target: the port on which such programs listen, and who they are in a few words.
 
-    `module` is that of this package which has it, `encoder` what in it makes a new encoder.
+    `module` is that of this package which has it; `maker` what in it makes an encoder of packets
+    over UDP or, with `connects`, an output from an address, a port and an `Access`.
     """
 
     module: str
-    encoder: str
+    maker: str
     port: int
     about: str
+    connects: bool = False
 
     def open_encoder(self) -> Encoder:
         """A new encoder."""
-        return getattr(import_module(f"elocute.live.{self.module}"), self.encoder)()
+        return self._make()
+
+    def open_output(self, place: tuple[str, int], access: Access) -> Output:
+        """A new output to a numeric address and a port."""
+        return self._make(place, access) if self.connects else UdpOutput(self._make(), place)
+
+    @property
+    def _make(self) -> Any:
+        return getattr(import_module(f"elocute.live.{self.module}"), self.maker)
 
 
 TARGETS: dict[str, Target] = {
@@ -49,53 +121,46 @@ TARGETS: dict[str, Target] = {
     "vmc-vrm1": Target("vmc", "vrm1", 39539, "VMC with the expressions of VRM 1"),
     "vmc-arkit": Target("vmc", "arkit", 39539, "VMC with ARKit's 52 curves"),
     "ifacialmocap": Target("ifacialmocap", "IFacialMocap", 49983, "iFacialMocap: Blender, Unity"),
+    "osc": Target("osc", "Osc", 9000, "a message of OSC for each of ARKit's curves"),
+    "vts": Target("vtube_studio", "VTubeStudio", 8001, "VTube Studio", True),
     "json": Target("json_lines", "JsonLines", 9871, "JSON of ARKit's curves"),
+    "ws": Target("ws_server", "LiveServer", 9872, "WebSocket, and a page that shows it", True),
 }
 """All that is needed to add one, beside its module."""
 
 
-class Output:
-    """An encoder and the numeric address and port that its packets go to."""
-
-    def __init__(self, encoder: Encoder, address: tuple[str, int]) -> None:
-        self._encoder, self.address = encoder, address
-        family = socket.AF_INET6 if ":" in address[0] else socket.AF_INET
-        self._socket = socket.socket(family, socket.SOCK_DGRAM)
-        self.failures = 0
-
-    def send(self, frame: LiveFrame) -> None:
-        """Send a frame. A receiver that is not there misses it; such packets are counted."""
-        for packet in self._encoder.packets(frame):
-            try:
-                self._socket.sendto(packet, self.address)
-            except OSError:
-                self.failures += 1
-
-    def close(self) -> None:
-        self._socket.close()
-
-
-def open_outputs(wanted: Sequence[str], *, allow_remote: bool = False) -> list[Output]:
+def open_outputs(wanted: Sequence[str], access: Access | None = None) -> list[Output]:
     """Outputs for targets as the command line names them.
 
     They are NAME, NAME=HOST, NAME=:PORT or NAME=HOST:PORT, with a name of `TARGETS`; other machines
-    than this one are allowed by `allow_remote` alone.
+    than this one are allowed by `access` alone.
 
     Raises
     ------
     InputError
         For an unknown name, no address, and another machine that was not allowed.
+    OutputError
+        Where a port cannot be listened on; MachineError without the extra that a target needs.
     """
-    chosen = [(TARGETS[name], address) for name, address in map(_parsed, wanted)]
+    access = access or Access()
+    chosen = [(TARGETS[name], place) for name, place in map(_parsed, wanted)]
     for target, (host, _) in chosen:
-        if not allow_remote and not ip_address(host).is_loopback:
+        if not access.allow_remote and not ip_address(host).is_loopback:
             raise InputError.about(
                 f"target {host}",
                 found=f"another machine for {target.about}",
                 allowed="this machine",
                 remedy="`allow_remote` sends to others, for all to read on the way",
             )
-    return [Output(target.open_encoder(), address) for target, address in chosen]
+    opened: list[Output] = []
+    try:
+        for target, place in chosen:
+            opened.append(target.open_output(place, access))
+    except ElocuteError:
+        for output in opened:
+            output.close()
+        raise
+    return opened
 
 
 def _parsed(text: str) -> tuple[str, tuple[str, int]]:

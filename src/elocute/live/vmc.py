@@ -1,15 +1,11 @@
-"""Frames as VMC 3.1 (Virtual Motion Capture protocol over OSC, UDP, port 39539).
-
-Open Sound Control 1.0 is written here, since a frame has sixty messages and is sent sixty times a
-second.
-"""
+"""Frames as VMC 3.1 (Virtual Motion Capture protocol over OSC, UDP, port 39539)."""
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 
 from elocute.live.live_frame import LiveFrame
+from elocute.live.osc import bundles, message
 
 BONES = {"Neck": "neck", "Head": "head"}
 VRM0 = {
@@ -32,10 +28,6 @@ VRM0 = {
     "surprised": "Surprised",
 }
 """What VRM 0 calls the expressions of VRM 1."""
-NOW = struct.pack(">Q", 1)
-BUNDLE = b"#bundle\0" + NOW
-PACKET_MAX = 1500
-"""Bytes that a network passes on undivided."""
 
 
 class Vmc:
@@ -78,33 +70,3 @@ def _pose(frame: LiveFrame, joint: str) -> tuple[float, ...]:
     """A place, which stays the avatar's own, and a quaternion xyzw with Unity's x to the right."""
     w, x, y, z = frame.joint(joint).tolist()
     return 0.0, 0.0, 0.0, x, -y, -z, w
-
-
-def message(address: str, *values: str | int | float) -> bytes:
-    """A message; int and float are sent in 32 bits."""
-    kinds, data = ",", b""
-    for value in values:
-        if isinstance(value, str):
-            kinds, data = kinds + "s", data + _padded(value)
-        elif isinstance(value, int):
-            kinds, data = kinds + "i", data + struct.pack(">i", value)
-        else:
-            kinds, data = kinds + "f", data + struct.pack(">f", value)
-    return _padded(address) + _padded(kinds) + data
-
-
-def bundles(messages: Iterable[bytes]) -> Iterator[bytes]:
-    """The messages in as few bundles as fit a packet each."""
-    bundle = BUNDLE
-    for each in messages:
-        part = struct.pack(">i", len(each)) + each
-        if len(bundle) + len(part) > PACKET_MAX and len(bundle) > len(BUNDLE):
-            yield bundle
-            bundle = BUNDLE
-        bundle += part
-    yield bundle
-
-
-def _padded(text: str) -> bytes:
-    data = text.encode() + b"\0"
-    return data + b"\0" * (-len(data) % 4)

@@ -92,14 +92,14 @@ def without_places(data: bytes) -> bytes:
         raise ValueError("no binary FBX")
     (version,) = _LENGTH.unpack_from(data, len(MAGIC))
     header = struct.Struct("<QQQB" if version >= WIDE_FROM else "<IIIB")
-    made, place, ends, count = bytearray(data), len(MAGIC) + 4, [], 0
+    cleaned, place, ends, count = bytearray(data), len(MAGIC) + 4, [], 0
     try:
         while True:
             end, properties, _, name = header.unpack_from(data, place)
             place += header.size
             if not end:  # the last of a list
                 if not ends:
-                    return bytes(made)
+                    return bytes(cleaned)
                 if place != ends.pop():
                     raise ValueError("a list that ends elsewhere")
                 continue
@@ -108,7 +108,7 @@ def without_places(data: bytes) -> bytes:
                 raise ValueError("records that do not fit")
             place += name
             for _ in range(properties):
-                place = _next_property(data, place, made)
+                place = _next_property(data, place, cleaned)
             if place > end:
                 raise ValueError("properties that do not fit")
             if place < end:
@@ -117,8 +117,8 @@ def without_places(data: bytes) -> bytes:
         raise ValueError("it ends early") from problem
 
 
-def _next_property(data: bytes, place: int, made: bytearray) -> int:
-    """Where the property behind this one begins; texts are changed in `made`."""
+def _next_property(data: bytes, place: int, cleaned: bytearray) -> int:
+    """Where the property behind this one begins; texts are changed in `cleaned`."""
     kind = data[place : place + 1]
     place += 1
     if kind in SIZES:
@@ -135,5 +135,5 @@ def _next_property(data: bytes, place: int, made: bytearray) -> int:
     if kind == b"S":
         text = data[place : place + length].replace(b"/", b"_").replace(b"\\", b"_")
         # A drive's letter names a place as well; a namespace is longer.
-        made[place : place + length] = text[:1] + b"_" + text[2:] if text[1:2] == b":" else text
+        cleaned[place : place + length] = text[:1] + b"_" + text[2:] if text[1:2] == b":" else text
     return place + length

@@ -124,10 +124,10 @@ def find(text: str, path: Steps) -> tuple[int, int] | None:
     for step in path:
         parts = _members(text, place[0]) if isinstance(step, str) else _items(text, place[0])
         # Of a key that occurs twice the last one counts, as for Python's reader.
-        found = [(start, end) for name, start, end in parts if name == step]
-        if not found:
+        matches = [(start, end) for name, start, end in parts if name == step]
+        if not matches:
             return None
-        place = found[-1]
+        place = matches[-1]
     return place
 
 

@@ -179,14 +179,14 @@ def has_draco(document: GltfDocument) -> bool:
 
 def _draco_packed(document: GltfDocument) -> list[tuple[dict[str, Any], dict[str, Any]]]:
     """The primitives that Draco packed, and how."""
-    found = []
+    packed = []
     for mesh in document.records("meshes"):
         for primitive in mesh["primitives"]:
             extensions = primitive.get("extensions")
             note = extensions.get(DRACO) if isinstance(extensions, dict) else None
             if isinstance(note, dict):
-                found.append((primitive, note))
-    return found
+                packed.append((primitive, note))
+    return packed
 
 
 def draco_arrays(document: GltfDocument, path: Path, error: type[InputError]) -> GltfArrays:
@@ -196,7 +196,7 @@ def draco_arrays(document: GltfDocument, path: Path, error: type[InputError]) ->
     """
     packed, plain = _draco_packed(document), GltfArrays(document)
     accessors = document.records("accessors")
-    found: dict[int, NDArray[Any]] = {}
+    arrays: dict[int, NDArray[Any]] = {}
     try:
         total = sum(
             accessors[place]["count"]
@@ -212,14 +212,14 @@ def draco_arrays(document: GltfDocument, path: Path, error: type[InputError]) ->
             for name, number in note["attributes"].items():
                 parts[primitive["attributes"][name]] = unpacked[f"a{index}_{number}"]
             for place, values in parts.items():
-                found[place] = _as_stored(accessors[place], values)
+                arrays[place] = _as_stored(accessors[place], values)
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OSError) as problem:
         if isinstance(problem, InputError):
             raise
         raise error.about(
             path, found="a Draco stream that cannot be read", allowed=DRACO_ALLOWED
         ) from problem
-    return GltfArrays(document, found)
+    return GltfArrays(document, arrays)
 
 
 def _draco_unpacked(streams: list[bytes]) -> dict[str, NDArray[Any]]:

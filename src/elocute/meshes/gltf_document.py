@@ -92,6 +92,14 @@ def gltf_document(
     return GltfDocument(data, raw.decode("utf-8"), record, binary, others)
 
 
+def morph_targets(mesh: dict[str, Any]) -> list[dict[str, Any]]:
+    """The morph targets of a mesh: those of its first primitive that has any.
+
+    The others have as many, or none where they stay as they are.
+    """
+    return next((each["targets"] for each in mesh["primitives"] if each.get("targets")), [])
+
+
 def packed(
     text: str, binary: list[bytes | memoryview], others: tuple[tuple[bytes, memoryview], ...] = ()
 ) -> bytes:
@@ -165,8 +173,10 @@ class _Checks:
         self.subject, self.error = subject, error
         self.lists: dict[str, list[dict[str, Any]]] = {}
 
-    def refuse(self, found: str, allowed: str = "glTF 2.0 as it is specified") -> NoReturn:
-        raise self.error.about(self.subject, found=found, allowed=allowed)
+    def refuse(
+        self, found: str, allowed: str = "glTF 2.0 as it is specified", remedy: str = ""
+    ) -> NoReturn:
+        raise self.error.about(self.subject, found=found, allowed=allowed, remedy=remedy)
 
     def run(self) -> None:
         asset = self.record.get("asset")
@@ -303,10 +313,16 @@ class _Checks:
                 self.refuse(f"{what}.primitives that is no list of records")
             if not 0 < len(primitives) <= PRIMITIVES_MAX:
                 self.refuse(f"{what} of {len(primitives)} primitives", f"1 to {PRIMITIVES_MAX}")
-            counts = {len(self._targets(what, each)) for each in primitives}
-            if len(counts) > 1:
-                self.refuse(f"{what} whose primitives differ in their number of morph targets")
-            self._weights(f"{what}.weights", mesh.get("weights"), counts.pop())
+            counts = [len(self._targets(what, each)) for each in primitives]
+            most = len(morph_targets(mesh))
+            for place, count in enumerate(counts):
+                if count not in (0, most):
+                    self.refuse(
+                        f"{what}.primitives[{place}] with {count} morph targets beside {most}",
+                        "one number in all primitives of a mesh, or none",
+                        "split the mesh by its materials, or export it by another program",
+                    )
+            self._weights(f"{what}.weights", mesh.get("weights"), most)
 
     def _targets(self, what: str, primitive: dict[str, Any]) -> list[Any]:
         attributes = primitive.get("attributes")
@@ -345,8 +361,7 @@ class _Checks:
                 self._index(node["skin"], f"{what}.skin", "skins")
             if "mesh" in node:
                 mesh = meshes[self._index(node["mesh"], f"{what}.mesh", "meshes")]
-                count = len(mesh["primitives"][0].get("targets", []))
-                self._weights(f"{what}.weights", node.get("weights"), count)
+                self._weights(f"{what}.weights", node.get("weights"), len(morph_targets(mesh)))
             for name, size in (("translation", 3), ("rotation", 4), ("scale", 3), ("matrix", 16)):
                 self._numbers(f"{what}.{name}", node.get(name), size)
         self._no_circle(parents)

@@ -25,6 +25,7 @@ from elocute.meshes.mesh_file import (
     check_picture,
     factor_color,
     opened_picture,
+    tinted,
 )
 
 Matrix = NDArray[np.float64]
@@ -35,6 +36,8 @@ VERTEX_BYTES, SKINNED_BYTES, CORNER_BYTES, JOINT_BYTES = 128, 600, 32, 512
 TRANSFORM = "KHR_texture_transform"
 SPECULAR = "KHR_materials_pbrSpecularGlossiness"
 WEBP = "EXT_texture_webp"
+CLEAR = 0.98
+"""Alpha of a material from which on it is solid."""
 
 
 def gltf_parts(
@@ -48,7 +51,7 @@ def gltf_parts(
     tree = NodeTree(document)
     pictures = _Pictures(document, arrays, subject, budget, error)
     skins = _Skins(document, arrays, tree)
-    for node in _shown(document, tree):
+    for node in tree.shown():
         record = tree.nodes[node]
         if "mesh" not in record:
             continue
@@ -57,17 +60,6 @@ def gltf_parts(
             part = _part(document, arrays, skins, pictures, node, number, primitive)
             if part is not None:
                 yield part
-
-
-def _shown(document: GltfDocument, tree: NodeTree) -> list[int]:
-    """The nodes of the scene that is shown, or all where there is none."""
-    scenes = document.records("scenes")
-    if not scenes:
-        return list(range(len(tree.nodes)))
-    number = document.record.get("scene", 0)
-    whole = isinstance(number, int) and 0 <= number < len(scenes)
-    roots = scenes[number if whole else 0].get("nodes", [])
-    return [node for root in roots for node in tree.below(root)]
 
 
 def _part(
@@ -154,6 +146,14 @@ def _triangles(arrays: GltfArrays, primitive: dict[str, Any], count: int) -> NDA
     return faces
 
 
+def image_bytes(document: GltfDocument, arrays: GltfArrays, number: int) -> bytes:
+    """An image of a file, packed as it is. Raises ValueError for bytes that are not there."""
+    record = document.records("images")[number]
+    if "bufferView" in record:
+        return arrays.view(record["bufferView"]).tobytes()
+    return base64.b64decode(record["uri"].partition(",")[2])
+
+
 class _Skins:
     """Where nodes and skins put vertices; the joints of a skin are placed once."""
 
@@ -198,7 +198,7 @@ def _material(document: GltfDocument, primitive: dict[str, Any]) -> dict[str, An
     return {} if number is None else document.records("materials")[number]
 
 
-def _base(material: dict[str, Any]) -> tuple[dict[str, Any], Any]:
+def base_color(material: dict[str, Any]) -> tuple[dict[str, Any], Any]:
     """What a material says of its colour: the texture's record, and the linear factor."""
     extensions = material.get("extensions", {})
     if SPECULAR in extensions:
@@ -221,7 +221,7 @@ def _colors(
             shares = shares / float(np.iinfo(shares.dtype).max)
         # Kept as they are, though they should be linear: scanners' programs write sRGB.
         return np.round(255 * np.clip(np.nan_to_num(shares), 0, 1)).astype(np.uint8)
-    factor = _base(material)[1]
+    factor = base_color(material)[1]
     if factor is None:
         return None
     return np.tile(factor_color(factor).astype(np.uint8), (len(used), 1))
@@ -240,28 +240,52 @@ class _Pictures:
     ) -> None:
         self._document, self._arrays = document, arrays
         self._subject, self._budget, self._error = subject, budget, error
-        self._known: dict[tuple[int, Any], tuple[Any, str]] = {}
+        self._known: dict[tuple[int, Any, tuple[float, ...]], tuple[Any, str]] = {}
 
     def of(
         self, material: dict[str, Any], attributes: dict[str, int], used: NDArray[np.intp]
     ) -> tuple[Any, NDArray[np.float64] | None, str]:
         """The picture of a material, the places of vertices in it, and how its alpha is meant."""
-        texture, _ = _base(material)
+        texture, factor = base_color(material)
         mode = material.get("alphaMode")
         plain = None, None, ALPHA_MODES.get(str(mode), "opaque")
         source = self._source(texture)
         shift = texture.get("extensions", {}).get(TRANSFORM, {})
         name = f"TEXCOORD_{shift.get('texCoord', texture.get('texCoord', 0))}"
+        tint = _tint(factor, mode)
+        if source is None and len(tint) > 3:  # a cornea
+            return tinted(_white(), tint), np.zeros((len(used), 2)), "blend"
         if source is None or name not in attributes:
             return plain
         uv = self._arrays.values(attributes[name])[used, :2].astype(np.float64)
-        uv = _transformed(uv, shift)
+        uv = transformed_uv(uv, shift)
         if not np.isfinite(uv).all():
             return plain
-        if (source, mode) not in self._known:
-            self._known[source, mode] = self._opened(source, mode)
-        picture, opacity = self._known[source, mode]
+        picture, opacity = self._once(source, mode, ())
+        if tint:
+            picture, _ = self._once(source, mode, tint)
+        opacity = "blend" if len(tint) > 3 else opacity
         return picture, uv * [1, -1] + [0, 1], opacity
+
+    def _once(self, source: int, mode: Any, tint: tuple[float, ...]) -> tuple[Any, str]:
+        key = source, mode, tint
+        if key not in self._known:
+            if tint:
+                picture, opacity = self._known[source, mode, ()]
+                self._charge(*picture.size)
+                self._known[key] = tinted(picture, tint), opacity
+            else:
+                self._known[key] = self._opened(source, mode)
+        return self._known[key]
+
+    def _charge(self, width: int, height: int) -> None:
+        self._budget -= 4 * width * height
+        if self._budget < 0:
+            raise self._error.about(
+                self._subject,
+                found=f"a picture of {width} × {height} pixels",
+                allowed="pictures that unpack to less",
+            )
 
     def _source(self, texture: dict[str, Any]) -> int | None:
         """The number of an image that can be read."""
@@ -273,23 +297,27 @@ class _Pictures:
 
     def _opened(self, number: int, mode: Any) -> tuple[Any, str]:
         """The picture, whose size is known before its pixels are decoded."""
-        record = self._document.records("images")[number]
-        if "bufferView" in record:
-            data = self._arrays.view(record["bufferView"]).tobytes()
-        else:
-            data = base64.b64decode(record["uri"].partition(",")[2])
+        data = image_bytes(self._document, self._arrays, number)
         width, height = check_picture(data, self._subject, self._error)
-        self._budget -= 4 * width * height
-        if self._budget < 0:
-            raise self._error.about(
-                self._subject,
-                found=f"a picture of {width} × {height} pixels",
-                allowed="pictures that unpack to less",
-            )
+        self._charge(width, height)
         return opened_picture(data, self._subject, self._error, mode)
 
 
-def _transformed(uv: NDArray[np.float64], shift: dict[str, Any]) -> NDArray[np.float64]:
+def _tint(factor: Any, mode: Any) -> tuple[float, ...]:
+    """A material's linear RGB, and alpha where it is clear; nothing for white."""
+    numbers = [] if factor is None else np.ravel(np.asarray(factor, np.float64)).tolist()
+    clear = mode == "BLEND" and len(numbers) > 3 and numbers[3] < CLEAR
+    kept = tuple(numbers[: 4 if clear else 3])
+    return kept if any(number != 1 for number in kept) else ()
+
+
+def _white() -> Any:
+    from PIL import Image
+
+    return Image.new("RGB", (1, 1), (255, 255, 255))
+
+
+def transformed_uv(uv: NDArray[np.float64], shift: dict[str, Any]) -> NDArray[np.float64]:
     """Places (vertex, 2) as KHR_texture_transform scales, turns and shifts them."""
     angle = float(shift.get("rotation", 0))
     sine, cosine = np.sin(angle), np.cos(angle)

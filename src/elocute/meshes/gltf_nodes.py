@@ -24,6 +24,7 @@ class NodeTree:
         for number, node in enumerate(self.nodes):
             for child in node.get("children", []):
                 self.parents[child] = number
+        self._document = document
         self._worlds: dict[int, NDArray[np.float64]] = {-1: np.eye(4)}
 
     def name(self, node: int) -> str:
@@ -40,11 +41,21 @@ class NodeTree:
 
     def below(self, node: int) -> list[int]:
         """A node and all that hangs from it."""
-        found, left = [], [node]
+        nodes, left = [], [node]
         while left:
-            found.append(left.pop())
-            left += self.nodes[found[-1]].get("children", [])
-        return found
+            nodes.append(left.pop())
+            left += self.nodes[nodes[-1]].get("children", [])
+        return nodes
+
+    def shown(self) -> list[int]:
+        """The nodes of the scene that is shown, or all where there is none."""
+        scenes = self._document.records("scenes")
+        if not scenes:
+            return list(range(len(self.nodes)))
+        number = self._document.record.get("scene", 0)
+        whole = isinstance(number, int) and 0 <= number < len(scenes)
+        roots = scenes[number if whole else 0].get("nodes", [])
+        return [node for root in roots for node in self.below(root)]
 
     def world(self, node: int) -> NDArray[np.float64]:
         """(4, 4) from a node's own space to the scene's, at rest; finite where the scales are."""

@@ -55,6 +55,7 @@ class _Material:
 
     color: tuple[float, ...] | None = None
     picture: str = ""
+    mask: str = ""  # a picture of where it is solid
     scale: tuple[float, float] = (1.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
 
@@ -77,6 +78,10 @@ def mesh_looks(
         look = Look(name, described.color, scale=described.scale, offset=described.offset)
         if described.picture and placed:
             picture, opacity = beside.picture(described.picture)
+            if picture is not None and described.mask not in ("", described.picture):
+                mask, _ = beside.picture(described.mask)
+                if mask is not None:
+                    picture, opacity = _cut_out(picture, mask), "cutout"
             # The colour of a material is white or none beside its picture.
             color = None if picture is None else look.color
             look = replace(look, color=color, picture=picture, opacity=opacity)
@@ -102,16 +107,16 @@ def _described(
     folded = {_folded(name): material for name, material in known.items()}
     for number in used:
         name = mesh.material_names[number] if number >= 0 else ""
-        found = known.get(name) or folded.get(_folded(name))
-        found = found or folded.get(_folded(name.partition(" #")[0]))
-        if found is None and len(known) == 1:
-            found = next(iter(known.values()))
+        described = known.get(name) or folded.get(_folded(name))
+        described = described or folded.get(_folded(name.partition(" #")[0]))
+        if described is None and len(known) == 1:
+            described = next(iter(known.values()))
             if number >= 0:
                 beside.tell(f"no material {name!r}; the only one, {next(iter(known))!r}, is taken")
-        elif found is None and known:
+        elif described is None and known:
             what = f"no material {name!r}" if number >= 0 else "faces without a material"
             beside.tell(f"{what}; their colours are left out")
-        yield number, found or _Material()
+        yield number, described or _Material()
 
 
 class _Beside:
@@ -191,6 +196,14 @@ class _Beside:
         return None
 
 
+def _cut_out(picture: Any, mask: Any) -> Any:
+    """A picture that is solid where another has alpha, or where that is bright."""
+    band = mask.getchannel("A") if mask.mode == "RGBA" else mask.convert("L")
+    picture = picture.convert("RGB")
+    picture.putalpha(band.resize(picture.size))
+    return picture
+
+
 def _bare(name: str) -> str:
     return Path(name.strip().strip('"').replace("\\", "/")).name
 
@@ -202,25 +215,29 @@ def _folded(name: str) -> str:
 
 def _parsed_materials(data: bytes) -> dict[str, _Material]:
     """The materials of a .mtl; lines that cannot be read are passed over."""
-    found: dict[str, _Material] = {}
+    materials: dict[str, _Material] = {}
     name = None
     for line in text_lines(data):
         words = line.split()
         kind = words[0].lower() if words else b""
         if kind == b"newmtl":
             name = line_name(line)
-            found[name] = _Material()
+            materials[name] = _Material()
         elif name is not None and kind == b"kd":
             color = [number for number in map(_number, words[1:4]) if number is not None]
             if color:  # one number means grey
                 row = np.array([color if len(color) == 3 else 3 * color[:1]])
-                found[name] = replace(found[name], color=tuple(color_bytes(row, "f8")[0].tolist()))
+                materials[name] = replace(
+                    materials[name], color=tuple(color_bytes(row, "f8")[0].tolist())
+                )
         elif name is not None and (
-            kind == b"map_kd" or (kind == b"map_ka" and not found[name].picture)
+            kind == b"map_kd" or (kind == b"map_ka" and not materials[name].picture)
         ):
             picture, scale, offset = _picture(line_name(line))
-            found[name] = replace(found[name], picture=picture, scale=scale, offset=offset)
-    return found
+            materials[name] = replace(materials[name], picture=picture, scale=scale, offset=offset)
+        elif name is not None and kind == b"map_d":
+            materials[name] = replace(materials[name], mask=_picture(line_name(line))[0])
+    return materials
 
 
 def _picture(text: str) -> tuple[str, tuple[float, float], tuple[float, float]]:

@@ -77,6 +77,17 @@ def factor_color(linear: Any) -> NDArray[np.float64]:
     return np.round(255 * np.clip(shares, 0, 1) ** (1 / 2.2))
 
 
+def tinted(picture: Any, linear: Any) -> Any:
+    """A picture times a material's linear RGBA, 0 to 1."""
+    alpha = np.nan_to_num(np.asarray(linear, np.float64).ravel()[3:4])
+    shares = [*factor_color(linear) / 255, *np.clip(alpha, 0, 1)]
+    if len(shares) > 3 and shares[3] < 1:
+        picture = picture.convert("RGBA")
+    shares = shares[: len(picture.getbands())]
+    shares += [1.0] * (len(picture.getbands()) - len(shares))
+    return picture.point([round(share * byte) for share in shares for byte in range(256)])
+
+
 def picture_bytes(picture: Any) -> bytes:
     """A picture as a file: JPEG, or PNG where it has alpha."""
     packed = io.BytesIO()
@@ -168,10 +179,10 @@ def parse_stl(data: bytes, path: Path, error: type[InputError]) -> PolygonMesh:
     # Binary files may begin with "solid", too: their size tells.
     if data.lstrip()[:5].lower() == b"solid" and b"facet" in data[:100_000].lower():
         try:
-            found = [tuple(map(float, row)) for row in CORNER.findall(data)]
+            numbers = [tuple(map(float, row)) for row in CORNER.findall(data)]
         except ValueError:
             raise error.about(path, found="words that are no numbers", allowed="an .stl") from None
-        points = np.array(found[: len(found) // 3 * 3], np.float64).reshape(-1, 3)
+        points = np.array(numbers[: len(numbers) // 3 * 3], np.float64).reshape(-1, 3)
     elif whole:
         rows = np.frombuffer(data, RECORD, count, HEAD_BYTES)
         points = rows["corners"].astype(np.float64).reshape(-1, 3)

@@ -182,31 +182,31 @@ def _rounded(values: NDArray[Any]) -> NDArray[np.int64]:
     return np.trunc(finite + np.copysign(0.5, finite)).astype(np.int64)
 
 
-def _octahedral(given: NDArray[Any]) -> NDArray[np.int64]:
-    values = given.astype(np.float64)
+def _octahedral(stored: NDArray[Any]) -> NDArray[np.int64]:
+    values = stored.astype(np.float64)
     plane = values[:, :2] / values[:, 2:3]
     up = 1 - np.abs(plane).sum(axis=1, keepdims=True)
     plane = plane - np.copysign(np.minimum(up, 0), plane)
     unit = np.concatenate([plane, up], axis=1)
     unit /= np.linalg.norm(unit, axis=1, keepdims=True)
-    return np.concatenate([_rounded(np.iinfo(given.dtype).max * unit), given[:, 3:]], axis=1)
+    return np.concatenate([_rounded(np.iinfo(stored.dtype).max * unit), stored[:, 3:]], axis=1)
 
 
-def _quaternion(given: NDArray[Any]) -> NDArray[np.int64]:
-    one = (given[:, 3] | 3).astype(np.float64)[:, None]
-    three = given[:, :3] / one / np.sqrt(2)
+def _quaternion(stored: NDArray[Any]) -> NDArray[np.int64]:
+    one = (stored[:, 3] | 3).astype(np.float64)[:, None]
+    three = stored[:, :3] / one / np.sqrt(2)
     largest = np.sqrt(np.maximum(0, 1 - np.square(three).sum(axis=1, keepdims=True)))
     turned = _rounded(32767 * np.concatenate([largest, three], axis=1))
-    place = (np.arange(4) + (given[:, 3:] & 3)) % 4
+    place = (np.arange(4) + (stored[:, 3:] & 3)) % 4
     out = np.empty_like(turned)
     np.put_along_axis(out, place.astype(np.int64), turned, axis=1)
     return out
 
 
-def _color(given: NDArray[Any]) -> NDArray[np.int64]:
-    most = 255 if given.dtype.itemsize == 1 else 65535
-    luma, orange, green = (given[:, place].astype(np.int64) for place in range(3))
-    luma, alpha = luma & most, given[:, 3].astype(np.int64) & most
+def _color(stored: NDArray[Any]) -> NDArray[np.int64]:
+    most = 255 if stored.dtype.itemsize == 1 else 65535
+    luma, orange, green = (stored[:, place].astype(np.int64) for place in range(3))
+    luma, alpha = luma & most, stored[:, 3].astype(np.int64) & most
     bits = np.floor(np.log2(np.maximum(alpha, 1))).astype(np.int64)
     scale = (2 << bits) - 1
     clear = alpha & scale >> 1

@@ -60,10 +60,9 @@ def read_mesh_parts(
     return _checked(_mesh_parts(mesh, path, error), path, error, finite)
 
 
-def document_parts(
-    document: GltfDocument, path: Path, error: type[InputError]
-) -> tuple[MeshPart, ...]:
-    """The parts of a glTF file that was read; path: its name. Raises as `read_mesh_parts`."""
+def document_arrays(document: GltfDocument, path: Path, error: type[InputError]) -> GltfArrays:
+    """The arrays of a glTF file that was read; path: its name. Raises an `error` for what Draco
+    packed where that is not read."""
     if has_draco(document):
         if not draco_is_here():
             raise error.about(
@@ -72,9 +71,15 @@ def document_parts(
                 allowed="vertices as they are",
                 remedy="export it without compression, or pip install 'elocute[draco]'",
             )
-        arrays = draco_arrays(document, path, error)
-    else:
-        arrays = GltfArrays(document)
+        return draco_arrays(document, path, error)
+    return GltfArrays(document)
+
+
+def document_parts(
+    document: GltfDocument, path: Path, error: type[InputError], arrays: GltfArrays | None = None
+) -> tuple[MeshPart, ...]:
+    """The parts of a glTF file that was read; path: its name. Raises as `read_mesh_parts`."""
+    arrays = arrays or document_arrays(document, path, error)
     _check_pictures(document, path, error)
     budget = unpacked_limit(len(document.data), UNPACKED_MIN_BYTES)
     try:
@@ -97,16 +102,16 @@ def _checked(
     parts: Iterable[MeshPart], path: Path, error: type[InputError], finite: bool = True
 ) -> tuple[MeshPart, ...]:
     """The parts, one at least. Raises for vertices that are not finite."""
-    found = []
+    checked = []
     for part in parts:
-        if len(found) == PARTS_MAX:
+        if len(checked) == PARTS_MAX:
             raise error.about(path, found="too many parts", allowed=f"up to {PARTS_MAX}")
         if finite and not np.isfinite(part.vertices).all():
             raise error.about(path, found="numbers that are not finite", allowed="a finite mesh")
-        found.append(part)
-    if not found:
+        checked.append(part)
+    if not checked:
         raise error.about(path, found="no triangles", allowed="a mesh")
-    return tuple(found)
+    return tuple(checked)
 
 
 def _check_pictures(document: GltfDocument, path: Path, error: type[InputError]) -> None:

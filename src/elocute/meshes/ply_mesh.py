@@ -173,13 +173,13 @@ def _columns(
     text, source = order == "=", np.frombuffer(data, np.uint8)
     if text:
         source, start = _numbers(data[start:]).view(np.uint8), 0
-    found: dict[str, _Columns] = {}
+    columns: dict[str, _Columns] = {}
     for element in elements:
         if not element.properties:
             continue
         kinds = [(p.kind, p.counted) for p in element.properties]
         kinds = [("f8", c and "f8") for _, c in kinds] if text else kinds
-        found[element.name], start = _Records(source, order, kinds).read(element, start)
+        columns[element.name], start = _Records(source, order, kinds).read(element, start)
     left = len(source) - start
     if text and left:
         raise ValueError(f"{left // 8} numbers more than its header says")
@@ -189,7 +189,7 @@ def _columns(
             ElocuteWarning,
             stacklevel=2,
         )
-    return found
+    return columns
 
 
 def _numbers(text: bytes) -> NDArray[np.float64]:
@@ -219,8 +219,8 @@ class _Records:
         least = sum((count or kind).itemsize for kind, count in self._kinds)
         if element.count * least > len(self._data) - start:
             raise _ShortError
-        found = self._alike(element.count, start) or self._one_by_one(element.count, start)
-        values, sizes, end = found
+        records = self._alike(element.count, start) or self._one_by_one(element.count, start)
+        values, sizes, end = records
         columns: _Columns = {}
         for one, value, size in zip(element.properties, values, sizes, strict=True):
             columns.setdefault(one.name, _Column(value, one.kind, size))
@@ -286,12 +286,12 @@ class _Records:
         if at + counted.itemsize > len(self._data):
             raise _ShortError
         code = self._order + counted.char
-        found = (
+        number = (
             self._bytes[at] if counted.char == "B" else struct.unpack_from(code, self._bytes, at)[0]
         )
-        size = int(found)
-        if size != found or size < 0:
-            raise ValueError(f"a list of {found} numbers")
+        size = int(number)
+        if size != number or size < 0:
+            raise ValueError(f"a list of {number} numbers")
         return size
 
     def _gathered(
@@ -370,10 +370,10 @@ def _face_colors(
     count: int,
 ) -> NDArray[np.uint8] | None:
     """(vertex, 3) the mean colour of the faces around each vertex."""
-    found = _colors(columns.get("face", {}))
-    if found is None or len(found) != len(sizes) or corners.min() < 0 or corners.max() >= count:
+    colors = _colors(columns.get("face", {}))
+    if colors is None or len(colors) != len(sizes) or corners.min() < 0 or corners.max() >= count:
         return None
-    spread = np.repeat(found, sizes, axis=0).astype(np.float64)
+    spread = np.repeat(colors, sizes, axis=0).astype(np.float64)
     total = [np.bincount(corners, spread[:, band], count) for band in range(3)]
     around = np.maximum(np.bincount(corners, minlength=count), 1)
     return np.round(np.stack(total, axis=1) / around[:, None]).astype(np.uint8)
@@ -414,8 +414,8 @@ def _pictures(
 ) -> NDArray[np.int64]:
     """(face,) which of the pictures each face has, -1 for none."""
     for name, column in (("face", "texnumber"), ("multi_texture_face", "tx")):
-        found = columns.get(name, {}).get(column)
-        if found is not None and len(found.values) == len(sizes):
-            numbers = found.whole()
+        listed = columns.get(name, {}).get(column)
+        if listed is not None and len(listed.values) == len(sizes):
+            numbers = listed.whole()
             return np.where((numbers >= 0) & (numbers < len(pictures)), numbers, -1)
     return np.full(len(sizes), 0 if pictures else -1, np.int64)

@@ -79,8 +79,8 @@ class PolygonMesh:
         inwards = (turn * normal[face]).sum(axis=1)
         least = np.linalg.norm(here - before, axis=1) * np.linalg.norm(after - here, axis=1)
         dents = inwards < -DENT * least * np.linalg.norm(normal[face], axis=1)
-        found = faces[np.unique(face[dents])]
-        return found[np.cumsum(self.sizes[found] ** 2) <= CUTS_MAX]
+        dented = faces[np.unique(face[dents])]
+        return dented[np.cumsum(self.sizes[dented] ** 2) <= CUTS_MAX]
 
     def quads(self) -> NDArray[np.int64]:
         """(face, 4) vertices of polygons; triangles repeat their last. Where there are larger
@@ -97,7 +97,7 @@ def _ears(places: NDArray[np.float64]) -> list[tuple[int, int, int]]:
     """Triangles of one polygon (corner, 3): one after the other those of three corners in a row
     that turn outwards and have no other corner between them."""
     normal = np.cross(places - places[0], np.roll(places, -1, axis=0) - places[0]).sum(axis=0)
-    left, found = list(range(len(places))), list[tuple[int, int, int]]()
+    left, triangles = list(range(len(places))), list[tuple[int, int, int]]()
 
     def turn(a: Any, b: Any, c: Any) -> Any:
         return np.cross(places[b] - places[a], places[c] - places[b]) @ normal
@@ -113,9 +113,9 @@ def _ears(places: NDArray[np.float64]) -> list[tuple[int, int, int]]:
         at = next(filter(is_ear, range(len(left))), None)
         if at is None:
             break
-        found.append((left[at - 1], left[at], left[(at + 1) % len(left)]))
+        triangles.append((left[at - 1], left[at], left[(at + 1) % len(left)]))
         del left[at]
-    return found + [(left[0], b, c) for b, c in pairwise(left[1:])]
+    return triangles + [(left[0], b, c) for b, c in pairwise(left[1:])]
 
 
 def checked_mesh(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from elocute.lazy_loading import lazy
 
 if TYPE_CHECKING:
+    from elocute.models.browser_tables import write_browser_tables as write_browser_tables
     from elocute.models.feature_extraction import extract_features as extract_features
     from elocute.models.protocol import (
         FrameSpan as FrameSpan,

@@ -98,7 +98,7 @@ class ArticulationModel(StyledAsRules):
         *,
         contacts: bool = True,
         level: SoundLevel | None = None,
-        live: bool = False,
+        within_s: float | None = None,
     ) -> FeatureStreams:
         return FeatureStreams(PhonePosteriorStream(sample_rate))
 

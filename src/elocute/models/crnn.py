@@ -132,7 +132,7 @@ class CrnnModel:
         *,
         contacts: bool = True,
         level: SoundLevel | None = None,
-        live: bool = False,
+        within_s: float | None = None,
     ) -> FeatureStreams:
         contacts = contacts and self.makes_contacts
         if self.encoder == MEL:

@@ -18,6 +18,8 @@ from elocute.audio.waveform import SPEECH_RATE, Waveform
 from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE, Encoder
 from elocute.encoders.trunk import (
+    WHOLE,
+    Pace,
     TrunkNetwork,
     TrunkRows,
     TrunkStream,
@@ -33,10 +35,16 @@ class Hearing:
     """One pass of a trunk over a sound; its phones are kept as a stream where they are wanted."""
 
     def __init__(
-        self, network: TrunkNetwork, sample_rate: int, *, phones: bool = True, live: bool = False
+        self,
+        network: TrunkNetwork,
+        sample_rate: int,
+        *,
+        phones: bool = True,
+        pace: Pace = WHOLE,
     ) -> None:
-        self._resampled, self._kept = ResamplingStream(sample_rate, SPEECH_RATE), phones
-        self._trunk = TrunkStream(network, live=live)
+        self._resampled = ResamplingStream(sample_rate, SPEECH_RATE, prompt=pace != WHOLE)
+        self._kept = phones
+        self._trunk = TrunkStream(network, pace)
         self.phones = HeardPhones()
 
     def push(self, samples: Float32Array) -> TrunkRows:

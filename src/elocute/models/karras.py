@@ -80,7 +80,7 @@ class KarrasModel(VocaModel):
         *,
         contacts: bool = True,
         level: SoundLevel | None = None,
-        live: bool = False,
+        within_s: float | None = None,
     ) -> FeatureStreams:
         return FeatureStreams(
             AutocorrelationStream(sample_rate, level),

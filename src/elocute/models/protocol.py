@@ -6,6 +6,7 @@ of weights or curves for a stretch of those. A whole recording is a stream fed o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -72,12 +73,15 @@ class SpeechFeatures:
     live : bool
         Whether they end where the sound is not yet known, instead of where it ends. Phones may then
         go further than the features.
+    origin_s : float
+        When the sound began, s: before it there is silence.
     """
 
     features: Features
     phones: Features | None = None
     known: bool = False
     live: bool = False
+    origin_s: float = 0.0
 
 
 class FeatureStream(Protocol):
@@ -113,11 +117,13 @@ class FeatureStreams:
     """A model's features, and phones where it needs them besides.
 
     coming_phones: gives (row, 40) that are heard already behind the last row of `phones`.
+    late_s: how much later than its own time a row comes, s, where frames do not wait.
     """
 
     features: FeatureStream
     phones: FeatureStream | None = None
     coming_phones: Callable[[], Float32Array] | None = None
+    late_s: float = math.inf
 
 
 class SpeechModel(Protocol):
@@ -227,7 +233,7 @@ class SpeechModel(Protocol):
         *,
         contacts: bool = True,
         level: SoundLevel | None = None,
-        live: bool = False,
+        within_s: float | None = None,
     ) -> FeatureStreams:
         """New streams for one sound.
 
@@ -239,8 +245,9 @@ class SpeechModel(Protocol):
             Whether phones are wanted too, where `curves` makes contacts from them.
         level : (float, float), optional
             Mean and peak of the whole sound, where known.
-        live : bool
-            Whether rows are wanted after `live_lookahead_s`; never where that is infinite.
+        within_s : float, optional
+            How much later than its own time a row may come, s, where rows are wanted before they
+            are certain; `live_lookahead_s` at least.
 
         Raises
         ------

@@ -49,14 +49,14 @@ class StyleErrors:
         }
 
     @classmethod
-    def from_record(cls, given: Any, components: int) -> StyleErrors:
+    def from_record(cls, record: Any, components: int) -> StyleErrors:
         """The errors that `record` gave as JSON, of a model with so many weights.
 
         Raises ModelError for anything else.
         """
         try:
-            gain = np.array(given["gain"], np.float64)
-            covariance = np.array(given["covariance"], np.float64)
+            gain = np.array(record["gain"], np.float64)
+            covariance = np.array(record["covariance"], np.float64)
             fits = gain.shape == (components,) and covariance.shape == (components, components)
             if not fits or not np.isfinite(gain).all() or not np.isfinite(covariance).all():
                 raise ValueError

@@ -113,12 +113,12 @@ def _projected(motion: VertexMotion, directions: Float64Array) -> tuple[Float64A
         places = weights @ (shapes @ directions)
         whole = float(np.einsum("fi,ij,fj->", weights, shapes @ shapes.T, weights, optimize=True))
         return places, max(whole - float(np.square(places).sum()), 0.0)
-    rest, found, beyond = np.asarray(motion.template, np.float64) * MM, [], 0.0
+    rest, projections, beyond = np.asarray(motion.template, np.float64) * MM, [], 0.0
     for block in motion.blocks():
         moved = (block - rest).reshape(len(block), -1)
-        found.append(moved @ directions)
-        beyond += float(np.square(moved - found[-1] @ directions.T).sum())
-    return np.concatenate(found), beyond
+        projections.append(moved @ directions)
+        beyond += float(np.square(moved - projections[-1] @ directions.T).sum())
+    return np.concatenate(projections), beyond
 
 
 def _until(features: Features, end_s: float) -> Features:

@@ -89,7 +89,7 @@ class TakeSettings(StreamSettings):
     )
     look: str | Look | None = setting(
         "auto",
-        help="What pictures, pages and .glb dress the head in: auto (the look of the identity), "
+        help="Look of the head in pictures, pages and .glb: auto (the look of the identity), "
         "none, a person's name, a seed; with parts changed, as in otto,age=50,tone=0.6.",
     )
     edits: EditList | str | Path | Mapping[str, Any] | None = setting(

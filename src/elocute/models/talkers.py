@@ -45,20 +45,24 @@ from elocute.articulation.phone_targets import curve_names
 from elocute.articulation.rest import (
     EDGE_S,
     KNOWN_EDGE_S,
+    PAUSE_S,
     breath_share,
     live_rest_share,
     rest_share,
 )
-from elocute.articulation.style import Style
-from elocute.audio.resampling_stream import RESAMPLING_S
+from elocute.articulation.style import PLAIN, Style
+from elocute.audio.resampling_stream import RESAMPLING_S, resampling_s
+from elocute.audio.waveform import SPEECH_RATE
 from elocute.encoders.phones_and_visemes import PHONES, SILENCE
 from elocute.encoders.protocol import FEATURE_RATE
 from elocute.encoders.trunk import (
     KIND,
+    LIVE_PACES,
     MOUTH_FIELDS,
     SHIPPED_PATH,
     TrunkNetwork,
     builtin_trunk,
+    live_pace,
     trunk_lookahead_s,
 )
 from elocute.errors import ModelError
@@ -80,13 +84,15 @@ TEMPO_ROWS = 5  # that a style's tempo looks at on both sides
 UNHEARD = (0.5, 0.9)  # of silence in the sound, beside which known phones move as the rules say
 PARTED_MM, NEARLY_MM = 1.0, 0.6  # lips in speech come no nearer; where a p may have been heard
 MAYBE = 0.15  # evidence of p, b or m with which lips may come as near as that
+BREATH_MM = 4.2  # that lips part before a phrase at most, and before a known one
+UNSURE_MM, SURER = 1.2, 1.6  # people breathe in or do not; half a breath that is heard is a doubt
 HISSED = ("S", "Z", "SH", "ZH", "CH", "JH")
-BEYOND = 0.4  # of its slope, with which the map goes on above its last knot: lips stretch no more
 STIFF_JAW = 0.8  # of its freedom that a jaw loses in them: teeth meet, and lips do the rest
 RESTS, STILL_ROWS = 0.5, 2.0  # how far jaw and corners rest where lips do; blur of stillness
 SLOWER_ROWS, SLOWEST_ROWS = 1.6, 2.2  # blur of movements twice as slow as plain ones, and the most
 SHARPER = 0.9  # share of the difference from a blur that is added where they are twice as fast
-ROUNDED_SHARE = 0.2  # of the rules' width where they round the lips fully
+BETWEEN_ROWS_S = 1 / FEATURE_RATE  # a frame waits for the row after it
+ROUNDED_SHARE = 0.1  # of the rules' width where they round the lips fully
 KNOWN_ROUNDED = 0.75  # of full rounding, from which all of it, where phones are known
 
 
@@ -98,13 +104,10 @@ class MouthSizes:
     ----------
     middle_mm, spread_mm : (measure,) float64
         Of `TRACKED_MEASURES`: where speech lies, and a deviation of it, mm.
-    opening_map : (2, knot) float64
-        The trunk's opening, rising, and what it is in mm.
     """
 
     middle_mm: Float64Array
     spread_mm: Float64Array
-    opening_map: Float64Array
 
 
 @cache
@@ -155,8 +158,7 @@ class TalkersModel(StyledAsRules):
 
     @property
     def live_lookahead_s(self) -> float:
-        between_rows_s = 1 / FEATURE_RATE
-        return trunk_lookahead_s(self.network, live=True) + between_rows_s
+        return trunk_lookahead_s(self.network, LIVE_PACES[-1]) + BETWEEN_ROWS_S
 
     def feature_streams(
         self,
@@ -164,11 +166,16 @@ class TalkersModel(StyledAsRules):
         *,
         contacts: bool = True,
         level: SoundLevel | None = None,
-        live: bool = False,
+        within_s: float | None = None,
     ) -> FeatureStreams:
-        hearing = Hearing(self.network, sample_rate, live=live)
-        coming = hearing.coming_phones if live else None
-        return FeatureStreams(HeardMouth(hearing), hearing.phones, coming)
+        if within_s is None:
+            hearing = Hearing(self.network, sample_rate)
+            return FeatureStreams(HeardMouth(hearing), hearing.phones)
+        resampled_s = resampling_s(sample_rate, SPEECH_RATE, prompt=True)
+        pace = live_pace(self.network, within_s - resampled_s - BETWEEN_ROWS_S)
+        hearing = Hearing(self.network, sample_rate, pace=pace)
+        late_s = trunk_lookahead_s(self.network, pace) + resampled_s + BETWEEN_ROWS_S
+        return FeatureStreams(HeardMouth(hearing), hearing.phones, hearing.coming_phones, late_s)
 
     def curves(
         self,
@@ -195,24 +202,31 @@ class TalkersModel(StyledAsRules):
         deviations = self._deviations(speech, rules, begin)
         rest = breath = np.zeros(stop - begin)
         if contacts:
-            silence, starts = posteriors[:, SILENCE], phones.first == 0
+            silence = posteriors[:, SILENCE]
+            starts = phones.first == round(speech.origin_s * phones.rate)
             edge_s = KNOWN_EDGE_S if speech.known else EDGE_S
             if speech.live:
-                rest = live_rest_share(silence, phones.rate)[near]
+                unheard = _rows_unheard(speech, silence) if starts else 0
+                pause_s = KNOWN_EDGE_S if speech.known else PAUSE_S
+                shares = live_rest_share(silence, phones.rate, pause_s=pause_s, unheard=unheard)
+                rest = shares[near]
             else:
                 rest = rest_share(silence, phones.rate, starts=starts, edge_s=edge_s)[near]
                 breath = breath_share(silence, phones.rate, starts=starts, edge_s=edge_s)[near]
         since_first = times - phones.first / phones.rate
         row_times = np.arange(begin - phones.first, stop - phones.first) / phones.rate
         met = _contacts(speech, posteriors) if contacts else {SEALED: [], AT_TEETH: []}
+        wanted_mm = self._wanted_mm(deviations, style)
+        surely_mm = SURER * (wanted_mm[:, OPENING] - UNSURE_MM)
+        heard_mm = BREATH_MM if speech.known else np.clip(surely_mm, 0, BREATH_MM)
         asked = AskedMouth(
-            wanted_mm=self._wanted_mm(deviations, style),
+            wanted_mm=wanted_mm,
             rounding=_rounding(rules, known=speech.known),
             parted_mm=_parted_mm(posteriors)[near] if contacts else np.full(len(rest), NEARLY_MM),
             stiff=STIFF_JAW * _heard(posteriors, HISSED)[near],
+            breath_mm=breath * heard_mm,
             rest=rest,
             settled=rest * self._settling(speech, begin, len(rules)),
-            breath=breath,
             sealed=contact_track(met[SEALED], row_times),
             at_teeth=contact_track(met[AT_TEETH], row_times),
         )
@@ -253,15 +267,7 @@ class TalkersModel(StyledAsRules):
         """(row, measure) of a mouth that speaks in a style."""
         sizes = mouth_sizes()
         z = _at_tempo(deviations[:, : len(TRACKED_MEASURES)].astype(np.float64), style)
-        wanted = sizes.middle_mm + sizes.spread_mm * z
-        # The network's opening is in the order of people's; the map has their distribution.
-        knots, millimetres = sizes.opening_map
-        low, high = np.diff(millimetres)[[0, -1]] / np.diff(knots)[[0, -1]]
-        opening = np.interp(z[:, OPENING], knots, millimetres)
-        opening += low * np.minimum(z[:, OPENING] - knots[0], 0)
-        opening += BEYOND * high * np.maximum(z[:, OPENING] - knots[-1], 0)
-        wanted[:, OPENING] = opening
-        return wanted
+        return sizes.middle_mm + sizes.spread_mm * z
 
 
 def _heard_rows(speech: SpeechFeatures, begin: int, count: int) -> Float32Array:
@@ -269,6 +275,14 @@ def _heard_rows(speech: SpeechFeatures, begin: int, count: int) -> Float32Array:
     sound = speech.features
     rows = np.minimum(np.arange(begin, begin + count) - sound.first, len(sound.values) - 1)
     return sound.values[rows]
+
+
+def _rows_unheard(speech: SpeechFeatures, silence: Float32Array) -> int:
+    """Rows at the beginning in which nothing is heard and nothing said."""
+    spoken = silence < 0.5
+    heard = speech.features.values[:, len(MOUTH_FIELDS)] < 1
+    spoken[: len(heard)] |= heard
+    return int(spoken.argmax()) if spoken.any() else len(spoken)
 
 
 def rule_curves(log_posteriors: FloatArray, first_row: int, begin: int, count: int) -> Float32Array:
@@ -307,8 +321,7 @@ def _contacts(speech: SpeechFeatures, posteriors: Float32Array) -> dict[int, lis
 
 def _at_tempo(z: Float64Array, style: Style) -> Float64Array:
     """Movements blurred for a slow style and sharpened for a quick one."""
-    plain = Style()
-    pace = (style.anticipation_s + style.carry_s) / (plain.anticipation_s + plain.carry_s)
+    pace = (style.anticipation_s + style.carry_s) / (PLAIN.anticipation_s + PLAIN.carry_s)
     octaves = math.log2(pace)
     if abs(octaves) < 0.01:
         return z
@@ -338,9 +351,10 @@ def _rounding(rules: Float32Array, *, known: bool) -> Float64Array:
 
 def _parted_mm(posteriors: Float32Array) -> Float64Array:
     """(row,) how near lips may come without a contact, mm."""
-    evidence = contact_evidence(_heard(posteriors, POOLS[SEALED]), posteriors[:, SILENCE])
-    share = np.clip(evidence / MAYBE, 0, 1).astype(np.float64)
-    return PARTED_MM + (NEARLY_MM - PARTED_MM) * share
+    silence = posteriors[:, SILENCE].astype(np.float64)
+    evidence = contact_evidence(_heard(posteriors, POOLS[SEALED]), silence)
+    share = np.clip(evidence[: len(silence)] / MAYBE, 0, 1)
+    return (1 - silence) * (PARTED_MM + (NEARLY_MM - PARTED_MM) * share)
 
 
 def _heard(posteriors: Float32Array, phones: Sequence[str]) -> Float32Array:

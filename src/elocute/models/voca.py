@@ -199,7 +199,7 @@ class VocaModel:
         *,
         contacts: bool = True,
         level: SoundLevel | None = None,
-        live: bool = False,
+        within_s: float | None = None,
     ) -> FeatureStreams:
         if self.record.encoder == "phones":
             return FeatureStreams(PhonePosteriorStream(sample_rate))

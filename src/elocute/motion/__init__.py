@@ -16,8 +16,11 @@ if TYPE_CHECKING:
     )
     from elocute.motion.motion import Motion as Motion
     from elocute.motion.mouth_measures import (
+        PhoneMeasures as PhoneMeasures,
         measure_mouth as measure_mouth,
+        measure_phones as measure_phones,
         write_measures as write_measures,
+        write_phone_measures as write_phone_measures,
     )
     from elocute.motion.store import load_motion as load_motion, save_motion as save_motion
     from elocute.motion.vertex_motion import VertexMotion as VertexMotion

@@ -195,14 +195,14 @@ def _alike(
     return plain, sides, low, high
 
 
-def _near(given: Float32Array, looks: Sequence[dict[str, float]]) -> _Wish:
+def _near(wished: Float32Array, looks: Sequence[dict[str, float]]) -> _Wish:
     """Weights near those that are given; what has no freedom stays."""
     freedom = [max((FREEDOM.get(name, 0.0) for name in look), default=0.0) for look in looks]
     costs = (STIFF_M / np.maximum(freedom, 1e-3)) ** 2
-    low, high = np.zeros(given.shape), np.maximum(given, 1).astype(np.float64)
+    low, high = np.zeros(wished.shape), np.maximum(wished, 1).astype(np.float64)
     fixed = np.equal(freedom, 0)
-    low[:, fixed] = high[:, fixed] = given[:, fixed]
-    return np.diag(costs), given * costs, low, high
+    low[:, fixed] = high[:, fixed] = wished[:, fixed]
+    return np.diag(costs), wished * costs, low, high
 
 
 def _on_own_mesh(

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.errors import MotionError
+from elocute.errors import MachineError, MotionError
 from elocute.head.model import HeadModel
 from elocute.motion.motion import Motion, check_motion
 from elocute.numerics.input_checks import check_kind, floats_of, real_number
@@ -95,7 +98,6 @@ class Curves:
     fps: float
 
     def __post_init__(self) -> None:
-        check_kind("curves", self.names, tuple | list, "a tuple of names", MotionError)
         allowed = "(frame, curve) of floats"
         values = floats_of(self.values, "curves", error=MotionError, allowed=allowed)
         if values.ndim != 2 or values.shape[1] != len(self.names):
@@ -103,12 +105,7 @@ class Curves:
                 f"curves: found shape {values.shape} for {len(self.names)} names; "
                 f"allowed: (frames, {len(self.names)})"
             )
-        if not all(isinstance(name, str) for name in self.names):
-            raise MotionError.about(
-                "curves", found=brief(self.names), allowed="names that are text"
-            )
-        if len(set(self.names)) != len(self.names):
-            raise MotionError("curves: found a name twice; allowed: each name once")
+        _checked_names(self.names)
         if not np.isfinite(values).all():
             raise MotionError("curves: found NaN or infinity")
         fps = real_number(self.fps)
@@ -130,6 +127,27 @@ class Curves:
         except ValueError:
             raise KeyError(_unknown(name, self.names)) from None
 
+    @property
+    def times_s(self) -> NDArray[np.float64]:
+        """(frame,) seconds."""
+        return np.arange(len(self.values)) / self.fps
+
+    def to_pandas(self) -> Any:
+        """The curves as a data frame of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A column for each curve; its index is `time_s`.
+
+        Raises
+        ------
+        MachineError
+            Where pandas is not installed.
+        """
+        frame = data_frame(self.values, columns=self.names)
+        return frame.set_index(data_frame(self.times_s, columns=("time_s",))["time_s"])
+
     def select(self, names: tuple[str, ...]) -> Curves:
         """The curves of these names, in this order.
 
@@ -142,12 +160,42 @@ class Curves:
         -------
         Curves
         """
-        check_kind("curves", names, tuple | list, "a tuple of names", MotionError)
-        values = np.zeros((len(self.values), len(names)), np.float32)
-        for column, name in enumerate(names):
-            if name in self.names:
-                values[:, column] = self[name]
+        values = np.zeros((len(self.values), len(_checked_names(names))), np.float32)
+        into, of = _shared(tuple(self.names), tuple(names))
+        values[:, into] = self.values[:, of]
         return Curves(values, names, self.fps)
+
+
+def _checked_names(names: Any) -> tuple[str, ...]:
+    """Names of curves. Raises MotionError for what is no text, and for one that occurs twice."""
+    check_kind("curves", names, tuple | list, "a tuple of names", MotionError)
+    given = tuple(names)
+    try:
+        texts, once = _kind_of_names(given)
+    except TypeError:  # what cannot be hashed is no text
+        texts, once = False, True
+    if not texts:
+        raise MotionError.about("curves", found=brief(given), allowed="names that are text")
+    if not once:
+        raise MotionError("curves: found a name twice; allowed: each name once")
+    return given
+
+
+@lru_cache(256)
+def _kind_of_names(names: tuple[object, ...]) -> tuple[bool, bool]:
+    """Whether all are text, and whether each occurs once."""
+    return all(isinstance(name, str) for name in names), len(set(names)) == len(names)
+
+
+@lru_cache(256)
+def _shared(
+    names: tuple[str, ...], wanted: tuple[str, ...]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Columns of `wanted` that are there, and those of `names` that they are read from."""
+    places = {name: place for place, name in enumerate(names)}
+    pairs = [(into, places[name]) for into, name in enumerate(wanted) if name in places]
+    into, of = np.array(pairs, np.intp).reshape(-1, 2).T
+    return into, of
 
 
 def _unknown(name: object, names: tuple[str, ...]) -> str:
@@ -213,3 +261,12 @@ def curves_from_motion(motion: Motion) -> Curves:
     """
     check_motion(motion)
     return Curves(motion.weights, motion.names, motion.fps)
+
+
+def data_frame(rows: Any, columns: Sequence[str]) -> Any:
+    """A data frame of pandas. Raises MachineError where that is not installed."""
+    try:
+        import pandas
+    except ImportError as problem:
+        raise MachineError("data frames need pandas; install it: pip install pandas") from problem
+    return pandas.DataFrame(rows, columns=list(columns))

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from elocute.errors import MotionError
 from elocute.head.looks.dressing import dressed
 from elocute.head.model import HeadModel
-from elocute.head.skinning import skin
 from elocute.notebook_repr import html_of
 from elocute.numerics.input_checks import (
     NUMBERS_MAX,
@@ -158,15 +157,7 @@ class Motion:
         points = points.reshape(len(weights), -1, 3)
         if self.rotations is None:
             return points
-        head = self.head
-        turned = skin(
-            points,
-            self.rotations[start:stop],
-            head.joint_positions,
-            head.joint_parents,
-            head.skin_weights,
-        )
-        return turned.astype(np.float32)
+        return self.head.posed(points, self.rotations[start:stop])
 
     def dressed(self) -> Motion:
         """The same motion of the head in its look; itself where the head has none.

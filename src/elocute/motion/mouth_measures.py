@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.errors import HeadError
+from elocute.errors import HeadError, MotionError
 from elocute.files.atomic import write_atomically
 from elocute.head.model import HeadModel
-from elocute.motion.curves import Curves
+from elocute.motion.curves import Curves, data_frame
 from elocute.motion.motion import Motion, check_motion
 from elocute.numerics.smoothing import smoothstep
 
@@ -141,6 +143,115 @@ def measure_as_tracked(motion: Motion) -> Curves:
     return Curves(values, TRACKED_MEASURES, motion.fps)
 
 
+@dataclass(frozen=True, eq=False)
+class PhoneMeasures:
+    """Measures of each phone: over its time, and at its middle.
+
+    Attributes
+    ----------
+    phones : tuple of (float, float, str)
+        Start in s, end in s and phone.
+    names : tuple of str
+        Of the measures.
+    mean, middle : (phone, measure) float64
+        The mean of the frames from start to end, and the value halfway; both the latter where no
+        frame lies within. In the unit of the measures.
+    """
+
+    phones: tuple[tuple[float, float, str], ...]
+    names: tuple[str, ...]
+    mean: NDArray[np.float64]
+    middle: NDArray[np.float64]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Of the table: the phone, its start and end, and mean and middle of each measure."""
+        of_measures = [f"{name}_{what}" for name in self.names for what in ("mean", "middle")]
+        return ("phone", "start_s", "end_s", *of_measures)
+
+    def rows(self) -> list[tuple[str | float, ...]]:
+        """The table, a row for each phone."""
+        values = np.stack([self.mean, self.middle], axis=2)
+        values = values.reshape(len(self.phones), 2 * len(self.names))
+        return [
+            (phone, start, end, *numbers)
+            for (start, end, phone), numbers in zip(self.phones, values.tolist(), strict=True)
+        ]
+
+    def to_pandas(self) -> Any:
+        """The table as a data frame of pandas. Raises MachineError where that is not installed."""
+        return data_frame(self.rows(), columns=self.columns)
+
+
+def measure_phones(measures: Curves, phones: Sequence[tuple[float, float, str]]) -> PhoneMeasures:
+    """Measure each phone: what its frames have on average, and what it has halfway.
+
+    Parameters
+    ----------
+    measures : Curves
+        As `measure_mouth` gives them; any other curves do.
+    phones : sequence of (float, float, str)
+        Start in s, end in s and phone, such as those of `elocute.speech.find_phones`.
+
+    Returns
+    -------
+    PhoneMeasures
+
+    Raises
+    ------
+    MotionError
+        For a phone that begins after the last frame, or ends before it begins.
+    """
+    times, values = measures.times_s, measures.values.astype(np.float64)
+    means, middles = [], []
+    for start, end, phone in phones:
+        if not 0 <= start <= end or start > times[-1] + 1 / measures.fps:
+            raise MotionError.about(
+                f"phone {phone!r}",
+                found=f"{start:g} to {end:g} s",
+                allowed=f"a stretch of these {len(values) / measures.fps:.2f} s",
+                remedy="give the phones of this take",
+            )
+        halfway = (start + end) / 2
+        middles.append([np.interp(halfway, times, column) for column in values.T])
+        first, last = np.searchsorted(times, [start, end])
+        means.append(values[first:last].mean(axis=0) if first < last else middles[-1])
+    shape = (len(means), len(measures.names))
+    return PhoneMeasures(
+        tuple((float(start), float(end), str(phone)) for start, end, phone in phones),
+        measures.names,
+        np.reshape(np.array(means, np.float64), shape),
+        np.reshape(np.array(middles, np.float64), shape),
+    )
+
+
+def _write_table(path: str | Path, names: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    with write_atomically(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([names, *rows])
+
+
+def write_phone_measures(measures: PhoneMeasures, path: str | Path) -> None:
+    """Write the table of `measure_phones` as CSV.
+
+    Parameters
+    ----------
+    measures : PhoneMeasures
+        The table.
+    path : str or Path
+        The file; one of that name is replaced.
+
+    Raises
+    ------
+    OutputError
+        For a place that cannot be written.
+    """
+    rows = (
+        [phone, f"{start:.4f}", f"{end:.4f}", *(f"{n:.3f}" for n in numbers)]
+        for phone, start, end, *numbers in measures.rows()
+    )
+    _write_table(path, measures.columns, rows)
+
+
 def write_measures(measures: Curves, path: str | Path) -> None:
     """Write the time of each frame and its measures as CSV.
 
@@ -156,8 +267,8 @@ def write_measures(measures: Curves, path: str | Path) -> None:
     OutputError
         For a place that cannot be written.
     """
-    with write_atomically(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        rows.writerow(["time_s", *measures.names])
-        for frame, values in enumerate(measures.values):
-            rows.writerow([f"{frame / measures.fps:.4f}", *(f"{value:.3f}" for value in values)])
+    rows = (
+        [f"{frame / measures.fps:.4f}", *(f"{value:.3f}" for value in values)]
+        for frame, values in enumerate(measures.values)
+    )
+    _write_table(path, ["time_s", *measures.names], rows)

@@ -145,5 +145,8 @@ def corrected_curves(
         if seal is not None:
             close, jaw = (response.names.index(name) for name in ("mouthClose", "jawOpen"))
             current[:, close] = np.minimum(current[:, close], current[:, jaw] + CLOSE_MOST)
-        free = np.where(current == unbounded, free, 0.0)
+        within = current == unbounded
+        if within.all():
+            break  # the next round would give the same
+        free = np.where(within, free, 0.0)
     return current.astype(np.float32)

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elocute.errors import HeadError, MotionError
+from elocute.errors import HeadError, MotionError, OutputError
 from elocute.files.array_reading import read_npz
 from elocute.files.array_writing import write_npz
 from elocute.files.json_records import as_record, finite_number, parse_json
 from elocute.files.reading import FileKind
 from elocute.files.unpacked_size import unpacked_limit
+from elocute.head.builtin import load_builtin_head
 from elocute.head.character import character_of_arrays
 from elocute.head.looks.look import look_of_record
 from elocute.head.model import HeadModel
@@ -29,12 +30,13 @@ from elocute.motion.motion import Motion, check_motion, check_reach
 VERSION = 1
 TEXTS_MAX_BYTES = 1_000_000
 FRAMES_MAX = 10_000_000
+ANIMATION = "built-in"
 ALLOWED = "a motion (.npz) that Elocute wrote"
 REMEDY = "make one: elocute animate speech.wav -o talk.npz"
 MOTION_FILE = FileKind(ALLOWED, 2_000_000_000, MotionError, REMEDY)
 
 
-def save_motion(motion: Motion, path: str | Path) -> None:
+def save_motion(motion: Motion, path: str | Path, *, with_head: bool = True) -> None:
     """Write a motion as .npz: exact, with its head, but without the head's identity space.
 
     Parameters
@@ -43,14 +45,21 @@ def save_motion(motion: Motion, path: str | Path) -> None:
         What to write.
     path : str or Path
         The file; one of that name is replaced.
+    with_head : bool
+        Whether the head goes along. Without it the file has what moves it alone, deflated: it is
+        read back on the built-in head, with its own face and look, and no character.
 
     Raises
     ------
     OutputError
-        For a place that cannot be written.
+        For a place that cannot be written, and a head that is left out and has other shapes or
+        joints than the built-in one.
     """
     check_motion(motion)
     head = motion.head
+    if not with_head:
+        _save_animation(motion, path)
+        return
     components, vertices = np.nonzero(head.expression_basis.any(axis=2))
     arrays: dict[str, NDArray[Any]] = {
         "weights": motion.weights,
@@ -79,6 +88,42 @@ def save_motion(motion: Motion, path: str | Path) -> None:
             texts[field.name] = value
     arrays["texts"] = np.frombuffer(json.dumps(texts).encode(), np.uint8)
     write_npz(path, arrays)
+
+
+def _save_animation(motion: Motion, path: str | Path) -> None:
+    builtin = load_builtin_head()
+    for what, own, known in (
+        ("shapes", motion.names, builtin.expression_names),
+        ("joints", motion.head.joint_names, builtin.joint_names),
+    ):
+        if own != known:
+            raise OutputError.about(
+                path,
+                found=f"{motion.head.name}, which has {what} of its own",
+                allowed="the built-in head's, where the head is left out",
+            )
+    used = np.flatnonzero(motion.weights.any(axis=0))
+    texts = {"version": VERSION, "fps": motion.fps, "head": ANIMATION}
+    texts["shapes"] = [motion.names[index] for index in used]
+    arrays = {
+        "weights": motion.weights[:, used],
+        "texts": np.frombuffer(json.dumps(texts).encode(), np.uint8),
+    }
+    if motion.rotations is not None:
+        arrays["rotations"] = motion.rotations
+    write_npz(path, arrays, compressed=True)
+
+
+def _animation(stored: dict[str, NDArray[Any]], texts: dict[str, Any], fps: float) -> Motion:
+    """What `_save_animation` left of a motion, on the built-in head."""
+    head = load_builtin_head()
+    columns = [head.expression_index(name) for name in texts["shapes"]]
+    values = stored["weights"]
+    if values.ndim != 2 or values.shape[1] != len(columns) or len(set(columns)) != len(columns):
+        raise MotionError("weights that do not fit the names of shapes")
+    weights = np.zeros((len(values), len(head.expression_names)), np.float32)
+    weights[:, columns] = values
+    return Motion(head, weights, fps, stored.get("rotations"))
 
 
 _LEFT_OUT = ("expression_basis", "identity_basis", "joint_identity_basis")
@@ -129,6 +174,10 @@ def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
     fps = finite_number(texts.pop("fps"))
     if fps is None:
         raise MotionError("fps that is not a number")
+    if len(stored["weights"]) > FRAMES_MAX:
+        raise MotionError(f"{len(stored['weights'])} frames; allowed: up to {FRAMES_MAX}")
+    if texts.get("head") == ANIMATION:
+        return _animation(stored, texts, fps)
     parts: dict[str, Any] = {
         name: tuple(value) if isinstance(value, list) else value for name, value in texts.items()
     }
@@ -138,8 +187,6 @@ def _unfold(stored: dict[str, NDArray[Any]], limit: int) -> Motion:
     parts |= _named(stored, "head/") | {"regions": _named(stored, "region/")}
     vertices, joints = len(parts["template"]), len(parts["joint_names"])
     weights = stored["weights"]
-    if len(weights) > FRAMES_MAX:
-        raise MotionError(f"{len(weights)} frames; allowed: up to {FRAMES_MAX}")
     head = HeadModel(
         **parts,
         expression_basis=_basis(stored, len(parts["expression_names"]), vertices, limit),

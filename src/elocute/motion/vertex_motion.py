@@ -51,9 +51,9 @@ class VertexMotion:
 
     def __post_init__(self) -> None:
         for name in ("values", "template", "basis"):
-            given = getattr(self, name)
-            if not isinstance(given, ArrayFile) and (name != "basis" or given is not None):
-                object.__setattr__(self, name, _numbers(given, name))
+            field = getattr(self, name)
+            if not isinstance(field, ArrayFile) and (name != "basis" or field is not None):
+                object.__setattr__(self, name, _numbers(field, name))
         object.__setattr__(self, "fps", checked_fps(self.fps))
         shape = self.template.shape
         inner = shape if self.basis is None else (len(self.basis),)
@@ -120,8 +120,8 @@ class VertexMotion:
                 yield (values @ shapes).reshape(len(values), -1, 3) + rest
 
 
-def _numbers(given: NDArray[np.floating], name: str) -> NDArray[np.floating]:
-    array = array_of(given, f"track {name}", error=MotionError)
+def _numbers(values: NDArray[np.floating], name: str) -> NDArray[np.floating]:
+    array = array_of(values, f"track {name}", error=MotionError)
     if array.dtype.kind not in "fiub" or not array.ndim:
         raise MotionError.about(
             f"track {name}",

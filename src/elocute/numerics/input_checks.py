@@ -56,16 +56,16 @@ def array_of(
     count = value.size if isinstance(value, np.ndarray) else count_of(value)
     too_long = count > most and not isinstance(value, np.ndarray)
     try:
-        given: NDArray[Any] = np.zeros((), object) if too_long else np.asarray(value)
+        array: NDArray[Any] = np.zeros((), object) if too_long else np.asarray(value)
     except MemoryError:
         raise
     except Exception:  # lists of unequal length, or an `__array__` that fails
-        given = np.zeros((), object)
-    if too_long or (given.size > most and not given.flags.c_contiguous):
+        array = np.zeros((), object)
+    if too_long or (array.size > most and not array.flags.c_contiguous):
         raise error.about(
             subject, found=f"{count} numbers", allowed=f"{allowed}, up to {most} numbers"
         )
-    return given
+    return array
 
 
 def floats_of(
@@ -81,14 +81,14 @@ def floats_of(
 
     What is beyond a float becomes infinity. Raises `error` for text, objects and complex numbers.
     """
-    given = array_of(value, subject, error=error, allowed=allowed, most=most)
-    if given.dtype.kind not in "fiub":
-        kind = given.dtype if given.ndim else type(value).__name__
+    array = array_of(value, subject, error=error, allowed=allowed, most=most)
+    if array.dtype.kind not in "fiub":
+        kind = array.dtype if array.ndim else type(value).__name__
         raise error.about(subject, found=f"numbers of type {kind}", allowed=allowed)
-    if given.size > most and given.dtype != dtype:
-        raise error.about(subject, found=f"{given.size} numbers", allowed=f"up to {most}")
+    if array.size > most and array.dtype != dtype:
+        raise error.about(subject, found=f"{array.size} numbers", allowed=f"up to {most}")
     with np.errstate(over="ignore"):
-        return np.ascontiguousarray(given, dtype).reshape(given.shape)
+        return np.ascontiguousarray(array, dtype).reshape(array.shape)
 
 
 def count_of(value: Any, depth: int = 4) -> int:

@@ -20,13 +20,13 @@ def best_paths(scores: NDArray[np.float32], switch: float) -> NDArray[np.int64]:
     young, old = scores[:, 0].copy(), scores[:, 0].copy()
     entered_from = np.zeros((rows, windows), np.int64)
     stayed = np.zeros((rows, windows, states), np.bool_)
+    best, cost = np.arange(windows), scores.dtype.type(switch)
     for row in range(1, rows):
-        entered_from[row] = old.argmax(axis=1)
-        entering = old.max(axis=1, keepdims=True) - switch
-        stayed[row] = old > young
-        old = np.where(stayed[row], old, young) + scores[:, row]
-        young = entering + scores[:, row]
-    best = np.arange(windows)
+        entered_from[row] = from_state = old.argmax(axis=1)
+        entering = old[best, from_state] - cost
+        np.greater(old, young, out=stayed[row])
+        old = np.maximum(old, young) + scores[:, row]
+        young = entering[:, None] + scores[:, row]
     path = np.empty((windows, rows), np.int64)
     state = old.argmax(axis=1)
     is_old = np.ones(windows, np.bool_)

@@ -67,6 +67,19 @@ def to_matrices(quaternions: FloatArray) -> FloatArray:
     return np.stack([np.stack(row, -1) for row in rows], -2)
 
 
+def to_euler_degrees(quaternions: FloatArray) -> NDArray[np.float64]:
+    """(..., 3) degrees about x, then y, then z, all fixed, of quaternions (..., 4) of any length.
+
+    Along the first axis each turn is next to the one before: none leaps by a whole turn.
+    """
+    turns = np.asarray(quaternions, np.float64)
+    m = to_matrices(turns / np.linalg.norm(turns, axis=-1, keepdims=True))
+    x = np.arctan2(m[..., 2, 1], m[..., 2, 2])
+    y = np.arcsin(np.clip(-m[..., 2, 0], -1, 1))
+    z = np.arctan2(m[..., 1, 0], m[..., 0, 0])
+    return np.degrees(np.unwrap(np.stack([x, y, z], axis=-1), axis=0))
+
+
 def blend(first: FloatArray, second: FloatArray, share: FloatArray) -> FloatArray:
     """Interpolate between unit quaternions wxyz by the share (..., 1) of the second, 0 to 1.
 

@@ -77,6 +77,27 @@ def captured_words(
     return by_spelling
 
 
+def words_of_source(
+    captured: dict[str, list[CapturedWord]], source: str
+) -> dict[str, list[CapturedWord]]:
+    """The same with one subject alone in the training part; the other parts stay.
+
+    Raises CorpusError for a subject of whom that part holds no word.
+    """
+    known = {word.subject for words in captured.values() for word in words if word.split == "train"}
+    if source not in known:
+        raise CorpusError.about(
+            "`sources`",
+            found=f"{source}, of whom no word is in the training part",
+            allowed=", ".join(sorted(known)) or "nobody: the training part holds no word",
+        )
+    kept = {
+        spelling: [word for word in words if word.split != "train" or word.subject == source]
+        for spelling, words in captured.items()
+    }
+    return {spelling: words for spelling, words in kept.items() if words}
+
+
 def _parts(corpus: Corpus, split: str) -> dict[str, str]:
     """From the name of a clip to train, validation or test."""
     if split not in corpus.splits:

@@ -6,14 +6,15 @@
     FOLDER/rejects.csv         recordings left out and why
     FOLDER/manifest.json       last of all
 
-A word counts as done when its result belongs to the very task that would be run, and the shard has
-the checksum in it. Every other word is run again.
+With several sources all of that is in FOLDER/SUBJECT, for each apart. A word counts as done when
+its result belongs to the very task that would be run, and the shard has the checksum in it. Every
+other word is run again.
 """
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
@@ -25,10 +26,15 @@ from elocute.encoders.registry import resolve_encoder
 from elocute.errors import CorpusError, OutputError
 from elocute.files.atomic import write_atomically
 from elocute.files.reading import file_sha256
-from elocute.files.work_folder import prepare_work
+from elocute.files.work_folder import prepare_folder, prepare_work
 from elocute.jobs.pool import FailedTask, Pool, one_after_another
 from elocute.motion.store import load_motion, save_motion
-from elocute.propagation.captured_words import CapturedCorpus, CapturedWord, captured_words
+from elocute.propagation.captured_words import (
+    CapturedCorpus,
+    CapturedWord,
+    captured_words,
+    words_of_source,
+)
 from elocute.propagation.settings import PropagateConfig, PropagationSettings
 from elocute.propagation.word_job import (
     RECORDS,
@@ -79,6 +85,19 @@ class PropagationSummary:
     failed: list[tuple[str, str]] = field(default_factory=list)
     unheard: list[str] = field(default_factory=list)
 
+    def __add__(self, other: PropagationSummary) -> PropagationSummary:
+        """Of both runs."""
+        return PropagationSummary(
+            self.words + other.words,
+            self.kept + other.kept,
+            self.aligned + other.aligned,
+            self.captured + other.captured,
+            self.rejected + other.rejected,
+            self.pairs + other.pairs,
+            self.failed + other.failed,
+            list(dict.fromkeys(self.unheard + other.unheard)),
+        )
+
 
 def propagate_corpus(
     corpus: Path,
@@ -90,12 +109,16 @@ def propagate_corpus(
     basis: Path | None = None,
     root: Path | None = None,
     split: str = "default",
+    sources: Sequence[str] = (),
     jobs: int = 1,
     ray: str | None = None,
     resume: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> PropagationSummary:
     """Carry the parameters of a corpus's captured speakers over to recordings; leave shards.
+
+    A recording receives the motion of the speaker who fits it best, which a network cannot hear.
+    The paper has one participant: `sources` names one, or several to be carried over each apart.
 
     Parameters
     ----------
@@ -115,6 +138,10 @@ def propagate_corpus(
         Folder to which the paths of sounds in the shards are relative; `recordings` without it.
     split : str
         Split of the corpus whose training part is carried over.
+    sources : sequence of str
+        Subjects of the training part whose motion alone is carried over; without any, the
+        recordings are shared out among all. Several have shards of their own, in FOLDER/SUBJECT,
+        with the same blendshapes. The rest of the training part is left out.
     jobs : int
         Processes, 0 for all processors; with `ray` the number of actors.
     ray : str, optional
@@ -144,22 +171,40 @@ def propagate_corpus(
     resolve_encoder(config.encoder)
     opened, recorded = open_corpus(corpus), find_recordings(recordings)
     captured = captured_words(opened, words, split)
+    spoken = {
+        folder / source if len(sources) > 1 else folder: words_of_source(captured, source)
+        for source in sources
+    } or {folder: captured}
     top = (root or recordings).resolve()
     if not recorded.folder.resolve().is_relative_to(top):
         raise CorpusError.about(recordings, found="not below `root`", allowed=f"a folder in {top}")
     pool = chosen_pool(config.method, jobs, ray)
-    prepare_work(folder, resume, RECORDS, WRITTEN)
-    (folder / RECORDS).mkdir(exist_ok=True)  # tells the folder for ours from the start
-    settings = PropagationSettings(
-        **asdict(config),
-        corpus=str(corpus.resolve()),
-        basis=str(provide_basis(opened, folder, basis, split)),
-        recordings=str(recordings.resolve()),
-        root=str(top),
-        folder=str(folder.resolve()),
-        truth=corpus.resolve().is_relative_to(top),
-    )
-    return propagate(settings, captured, recorded, pool, progress)
+    if len(sources) > 1:
+        prepare_folder(folder, resume)
+    for place in spoken:
+        prepare_work(place, resume, RECORDS, WRITTEN)
+    summaries: list[PropagationSummary] = []
+    for place, taken in spoken.items():
+        (place / RECORDS).mkdir(exist_ok=True)  # tells the folder for ours from the start
+        settings = PropagationSettings(
+            **asdict(config),
+            corpus=str(corpus.resolve()),
+            basis=str(basis := provide_basis(opened, place, basis, split)),
+            recordings=str(recordings.resolve()),
+            root=str(top),
+            folder=str(place.resolve()),
+            truth=corpus.resolve().is_relative_to(top),
+        )
+        told = _share_of(progress, len(summaries), len(spoken))
+        summaries.append(propagate(settings, taken, recorded, pool, told))
+    return sum(summaries[1:], summaries[0])
+
+
+def _share_of(
+    progress: Callable[[float], None] | None, done: int, count: int
+) -> Callable[[float], None] | None:
+    """Progress of one of several runs, of which some are done."""
+    return progress and (lambda share: progress((done + share) / count))
 
 
 def chosen_pool(method: str, jobs: int, address: str | None = None) -> Pool:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -220,9 +220,6 @@ GOOD_MIN = 20
 """Landmarks below which a scan is flagged."""
 CONFIDENT = 0.3
 LANDMARK_FILE = FileKind(ALLOWED, 1_000_000, CaptureError)
-BESIDE_SUFFIXES = (".ljson", ".json", ".pts", PICKED_SUFFIX)
-"""In the order in which they are looked for beside a scan."""
-LANDMARK_SUFFIXES = (*BESIDE_SUFFIXES, ".npy", ".txt")
 JAW_LINE = range(JAW_COUNT)
 """The contour of the jaw: where it lies depends on the view, so it counts little."""
 
@@ -331,15 +328,28 @@ def _json_points(text: str, path: Path) -> tuple[list[Any], Any]:
     return record["points"], record.get("confidence")
 
 
+def _meshlab_points(text: str, path: Path) -> list[LandmarkPoint]:
+    return picked_points(text, path, CaptureError)
+
+
 def _points(path: Path, suffix: str) -> tuple[list[Any], Any]:
     """The points of a file, and confidences where it has them."""
     if suffix == ".npy":
         array = read_npy(path, LANDMARK_FILE)
         return array.tolist() if array.ndim == 2 else [], None
     text = read_text(path, LANDMARK_FILE)
-    if suffix == ".json":
-        return _json_points(text, path)
-    if suffix == PICKED_SUFFIX:
-        return picked_points(text, path, CaptureError), None
-    readers = {".ljson": ljson_points, ".pts": pts_points, ".txt": listed_points}
-    return readers[suffix](text, path), None
+    read = TEXT_READERS[suffix](text, path)
+    return read if isinstance(read, tuple) else (read, None)
+
+
+TEXT_READERS: dict[str, Callable[[str, Path], list[Any] | tuple[list[Any], Any]]] = {
+    ".ljson": ljson_points,
+    ".json": _json_points,
+    ".pts": pts_points,
+    PICKED_SUFFIX: _meshlab_points,
+    ".txt": listed_points,
+}
+"""Readers of points, or of points and confidences, by suffix: all that is needed to add one."""
+# In the order in which they are looked for beside a scan, where a .txt may be anything.
+BESIDE_SUFFIXES = tuple(suffix for suffix in TEXT_READERS if suffix != ".txt")
+LANDMARK_SUFFIXES = (*TEXT_READERS, ".npy")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 BACKENDS = ("auto", "moderngl", "embreex")
 FRAMINGS = ("head", "face")
-QUALITIES = ("auto", "fast", "high")
+QUALITIES = ("auto", "draft", "fast", "high")
 # name: (yaw, pitch in degrees, share of the portrait's height that is shown)
 VIEWS: dict[str, tuple[float, float, float]] = {
     "front": (0.0, 2.0, 1.0),

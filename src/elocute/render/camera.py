@@ -19,6 +19,7 @@ BLUR_M = 0.0048  # standard deviation of the blur
 REACH = 2.2  # taps end at this many of them
 FIELD_DEG = 18.0  # vertical field of view: a portrait lens
 MARGIN = 1.06
+WITHOUT_NECK = 0.03  # what ends this near below its chin is shown to its end, m
 FOREHEAD, BELOW_CHIN = 0.62, 0.22  # of the distance from eyes to chin, above and below a face
 SIDES = {"head": 1.12, "face": 0.8}  # of the head's width, kept in the picture
 
@@ -96,15 +97,18 @@ def portrait(
                 f"{kind} {brief(value)}", found="unknown", allowed=", ".join(known)
             )
     yaw_deg, pitch_deg, share = VIEWS[view]
-    high = head.template.max(axis=0)
+    framed = head.template[head.regions.get("framed", slice(None))]
+    high = framed.max(axis=0)
     skin = head.regions.get("skin", slice(None))  # clothes end lower and lie further in front
     low, front = head.template[skin, 1].min(), head.template[skin, 2].max()
     # The bust below the chin fills the frame's foot; the crown keeps some air.
     top = high[1] + 0.02
-    chin = head.template[head.landmarks[8], 1] if len(head.landmarks) else low
+    known = _chin_and_eyes(head)
+    chin, eyes = known or (low, high[1])
     bottom = max(low + 0.015, chin - 0.075)
-    eyes = head.template[head.landmarks[36:48], 1].mean() if len(head.landmarks) else high[1]
-    if framing == "face" and len(head.landmarks):
+    if known and chin - low < WITHOUT_NECK:
+        bottom = low - 0.02
+    if framing == "face" and known:
         top, bottom = eyes + FOREHEAD * (eyes - chin), chin - BELOW_CHIN * (eyes - chin)
     target = np.array([0.0, (top + bottom) / 2, front - 0.1])
     if view == "mouth" and len(head.lip_rings):
@@ -112,12 +116,24 @@ def portrait(
     height = (top - bottom) * share * MARGIN
     if view != "mouth":
         # Shoulders may be cut, the head may not.
-        shown = head.template[(head.template[:, 1] > chin) & (head.template[:, 1] < top)]
-        height = max(height, SIDES[framing] * np.ptp(shown[:, 0]) * MARGIN / aspect)
+        shown = framed[(framed[:, 1] > chin) & (framed[:, 1] < top)]
+        wide = np.ptp(shown[:, 0]) if len(shown) else 0.0
+        height = max(height, SIDES[framing] * wide * MARGIN / aspect)
     distance = height / 2 / np.tan(np.radians(FIELD_DEG) / 2)
     yaw, pitch = np.radians(yaw_deg), np.radians(pitch_deg)
     away = np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])
     return Camera((target + away * distance).astype(np.float32), target.astype(np.float32))
+
+
+def _chin_and_eyes(head: HeadModel) -> tuple[float, float] | None:
+    """How high these are, m; None for a head that does not say."""
+    places = head.landmarks[8:9], head.landmarks[36:48]
+    if not len(head.landmarks):  # others' characters have regions for it
+        if "chin" not in head.regions:
+            return None
+        places = head.regions["chin"], head.regions["eyes"]
+    chin, eyes = (float(head.template[each, 1].mean()) for each in places)
+    return chin, eyes
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,7 @@ class GlRenderer:
             for kind in IMAGES:
                 if (image := getattr(part, kind)) is not None:
                     self._images[part.name, kind] = texture = self._image(image)
-                    texture.repeat_x = texture.repeat_y = not part.surface.fringed
+                    texture.repeat_x = texture.repeat_y = part.repeats
         self._projection = camera.matrix(size[0] / size[1])
         self._shared: dict[str, Any] = {
             "projection": self._projection.T,

@@ -53,7 +53,7 @@ _SET_GLOW = """
     float open_to = open_to_key(textureLod(shadow_map, from_key.xy * 0.5 + 0.5, 0.0).xy,
         from_key.z - SHADOW_BIAS);
     Point p = Point(color * TINT, upright, upright, normalize(eye - position), STRAND, occlusion,
-        clamp(ROUGHNESS, 0.05, 1.0), open_to);
+        clamp(ROUGHNESS, 0.05, 1.0), open_to, 0.0);
     vec3 shine;
     lighted(p, FINISH, glow, shine);
     glow *= p.albedo;
@@ -94,8 +94,8 @@ uniform sampler2D color_map; uniform vec3 eye;
 in vec2 at; in vec3 place; out vec4 pixel;
 SHADING
 void main() {
-    float alpha = texture(color_map, at).a;
-    if (alpha * edge_on(place, normalize(eye - place)) < CORE) discard;
+    float alpha = texture(color_map, at).a * GAIN;
+    if (alpha * FADE < CORE) discard;
     pixel = vec4(0.0);
 }
 """
@@ -127,7 +127,7 @@ void main() {
     p.view = normalize(eye - place);
     p.blunt = normalize(smooth_normal) * FACING;
     p.strand = STRAND;
-    p.occlusion = paint.a; p.roughness = ROUGHNESS;
+    p.occlusion = paint.a; p.roughness = ROUGHNESS; p.metal = METAL;
     ROUGH
     ENCLOSE
     vec3 relief = RELIEF;
@@ -137,7 +137,7 @@ void main() {
     p.shadow = open_to_key(texture(shadow_map, from_key.xy * 0.5 + 0.5).xy,
         from_key.z - SHADOW_BIAS);
     float alpha = ALPHA;
-    pixel = vec4(shown(lit(p, FINISH), exposure) * alpha, alpha);
+    pixel = vec4(COLOR * alpha, alpha);
 }
 """
 # Of a part that was lit at its vertices.
@@ -188,23 +188,27 @@ def vertex(part: Part, rig: Rig, glows: bool) -> str:
 
 def surface(part: Part, rig: Rig, glows: bool, *, fringe: bool = False) -> str:
     """The fragments of a part: what of it is solid, or the fringe laid over what lies behind."""
-    given = part.surface
+    look = part.surface
     cut, alpha = "", "1.0"
     if fringe:
-        cut = "texel.a *= edge_on(place, normalize(eye - place)); "
+        cut = f"texel.a *= {_fade(part)} * {look.alpha:f}; "
         cut += f"if (texel.a >= {part.core:f} || texel.a < 0.01) discard;"
         alpha = f"min(texel.a * {part.fringe_gain:f}, 1.0)"
     where = "at"
-    if given.iris_depth > 0:
-        where = f"refracted(at, vec3({given.eye_rad:f}, {given.iris_rad:f}, {given.iris_depth:f}), "
+    if look.iris_depth > 0:
+        where = f"refracted(at, vec3({look.eye_rad:f}, {look.iris_rad:f}, {look.iris_depth:f}), "
         where += "normalize(eye - place), place, normalize(smooth_normal))"
-    scale = given.normal_scale
+    scale = look.normal_scale
     bumped = f"bumped(relief, {scale:f}, place, at, p.blunt)"
     rough = (
-        "vec2 rough = texture(roughness_map, at).rg;"
+        "vec3 rough = texture(roughness_map, at).rgb; p.metal *= rough.b;"
         " p.occlusion = min(p.occlusion, rough.r); p.roughness *= rough.g;"
     )
+    shown = "shown(lit(p, FINISH), exposure)"
+    if look.shade is not None:
+        shown = f"painted(p, {shading.vec(look.shade)})"
     parts = {
+        "METAL": f"{look.metal:f}",
         "TEXEL": "vec4(1.0)" if part.color is None else f"texture(color_map, {where})",
         "CUT": cut,
         "FACING": "(gl_FrontFacing ? 1.0 : -1.0)" if part.turns else "1.0",
@@ -214,12 +218,13 @@ def surface(part: Part, rig: Rig, glows: bool, *, fringe: bool = False) -> str:
         "TURN_RELIEF": "" if part.folds is None else _FOLD,
         "RELIEF": "texture(normal_map, at).xyz" if part.normal else "vec3(0.5, 0.5, 1.0)",
         "NORMAL": bumped if part.normal or part.folds else "p.blunt",
-        "FINER": f"{given.fold_lines:f}",
+        "FINER": f"{look.fold_lines:f}",
         "FOLD_STEP": f"{shading.FOLD_STEP:.9f}",
         "ROUGH": "" if part.roughness is None else rough,
         "ALPHA": alpha,
     }
-    return _filled(_GLOWING if glows else _SURFACE, _of_finish(part, rig) | parts)
+    parts = {"COLOR": shown} | _of_finish(part, rig) | parts
+    return _filled(_GLOWING if glows else _SURFACE, parts)
 
 
 def _of_finish(part: Part, rig: Rig) -> dict[str, str]:
@@ -234,15 +239,22 @@ def _of_finish(part: Part, rig: Rig) -> dict[str, str]:
     }
 
 
+def _fade(part: Part) -> str:
+    """What is left of a card's alpha, from where it is seen."""
+    return "edge_on(place, normalize(eye - place))" if part.fades else "1.0"
+
+
 def cover(part: Part, rig: Rig) -> str:
     """Where cards are solid: of it only the depth is kept."""
-    parts = {"SHADING": shading.glsl(rig), "CORE": f"{part.core:f}"}
+    parts = {"SHADING": shading.glsl(rig), "CORE": f"{part.core:f}", "FADE": _fade(part)}
+    parts["GAIN"] = f"{part.surface.alpha:f}"
     return _filled(_COVER, parts)
 
 
 def depths(part: Part) -> str:
     """The fragments of a part as the key sees it."""
-    cut = "" if part.solid else "if (texture(color_map, at).a < 0.5) discard;"
+    cut = f"if (texture(color_map, at).a * {part.surface.alpha:f} < 0.5) discard;"
+    cut = "" if part.solid else cut
     return _filled(_DEPTHS, {"CUT": cut})
 
 
@@ -282,18 +294,24 @@ _CLEAR = """
 _REDUCED = """
 vec4 smoothed() { return texture(drawn, at); }
 """
+_WHOLE = """
+vec4 beside(int x, int y) {
+    ivec2 last = textureSize(drawn, 0) - 1;
+    return texelFetch(drawn, clamp(ivec2(spot) + ivec2(x, y), ivec2(0), last), 0);
+}
+"""
+# Where less was drawn than is shown.
+_BETWEEN = """
+vec4 beside(int x, int y) { return texture(drawn, at + vec2(x, y) * step_size); }
+"""
 # Fast approximate antialiasing (after Lottes 2009): blend along the edge that luma shows.
 _EDGES = """
 float luma(vec4 c) { return dot(c.rgb, vec3(0.30, 0.59, 0.11)) + (1.0 - c.a) * 0.35; }
 vec4 smoothed() {
-    ivec2 here = ivec2(spot), last = textureSize(drawn, 0) - 1;
-    ivec2 low = max(here - 1, ivec2(0)), high = min(here + 1, last);
-    vec4 middle = texelFetch(drawn, here, 0);
+    vec4 middle = beside(0, 0);
     float m = luma(middle);
-    float nw = luma(texelFetch(drawn, ivec2(low.x, high.y), 0));
-    float ne = luma(texelFetch(drawn, high, 0));
-    float sw = luma(texelFetch(drawn, low, 0));
-    float se = luma(texelFetch(drawn, ivec2(high.x, low.y), 0));
+    float nw = luma(beside(-1, 1)), ne = luma(beside(1, 1));
+    float sw = luma(beside(-1, -1)), se = luma(beside(1, -1));
     float least = min(m, min(min(nw, ne), min(sw, se)));
     float most = max(m, max(max(nw, ne), max(sw, se)));
     if (most - least < max(0.03, 0.10 * most)) return middle;
@@ -315,10 +333,17 @@ def finishing(stage: Stage) -> str:
     ground = _CLEAR if stage.transparent else _OPAQUE.replace("BEHIND", behind)
     parts = {
         "SHADING": shading.glsl(stage.rig),
-        "SMOOTHED": _EDGES if stage.profile.oversampling == 1 else _REDUCED,
+        "SMOOTHED": _smoothing(stage.profile.oversampling),
         "GROUND": ground,
     }
     return _filled(_FINISHING, parts)
+
+
+def _smoothing(oversampling: float) -> str:
+    """How what was drawn becomes pixels: reduced, or its edges smoothed."""
+    if oversampling > 1:
+        return _REDUCED
+    return (_WHOLE if oversampling == 1 else _BETWEEN) + _EDGES
 
 
 def _filled(text: str, parts: dict[str, str]) -> str:

@@ -21,7 +21,7 @@ from elocute.head.surface import IMAGES, Surface
 from elocute.meshes.mesh_file import PICTURE_FORMATS, check_picture
 from elocute.numerics.image_sampling import bilinear
 from elocute.render.lights import Rig
-from elocute.render.shading import FOLD_STEP, Finish, finish_of, to_linear
+from elocute.render.shading import FINISHES, FOLD_STEP, Finish, finish_of, to_linear
 
 Pixels = NDArray[np.uint8]
 _LINEAR = to_linear(np.arange(256, dtype=np.float32) / 255)
@@ -121,6 +121,16 @@ class Part:
         return self.surface.opacity == "opaque"
 
     @property
+    def fades(self) -> bool:
+        """Whether what is seen edge-on fades: cards of our own heads, not shells of others."""
+        return not (self.solid or self.surface.finish)
+
+    @property
+    def repeats(self) -> bool:
+        """Whether its images go on beyond their edges: roots of strands would show behind tips."""
+        return bool(self.surface.finish) or not self.surface.fringed
+
+    @property
     def rough(self) -> float:
         """Factor of the roughness: under a clear coat, that of what lies below it."""
         return self.finish.roughness if self.finish.coat else self.surface.roughness_factor
@@ -138,7 +148,9 @@ class Part:
     @property
     def casts(self) -> bool:
         """Whether it casts shadows: not what is inside the head, nor brows and lashes."""
-        return self.finish.ambient > ENCLOSED if self.solid else self.rounded
+        if self.solid or self.surface.finish:
+            return self.finish.ambient > ENCLOSED and self.surface.opacity != "sheer"
+        return self.rounded
 
     @property
     def inside(self) -> bool:
@@ -250,7 +262,7 @@ class Parts:
     def skin_color(self) -> float:
         """Mean linear colour (green) of the face, images counted."""
         for part in self.parts:
-            if finish_of(part.name) is finish_of("skin"):
+            if part.finish is FINISHES["skin"]:
                 corners = part.triangles.ravel()
                 return mean_skin(self.color[corners], self.at[corners], part.surface, part.color)
         return EXPOSED_AS
@@ -309,7 +321,9 @@ def _dots(one: FloatArray, other: FloatArray) -> FloatArray:
 
 
 def _part(head: HeadModel, name: str, triangles: NDArray[np.int32], side_max: int) -> Part:
-    surface, finish = head.surfaces.get(name), finish_of(name)
+    surface = head.surfaces.get(name)
+    own = surface is not None and surface.finish
+    finish = FINISHES[own] if own else finish_of(name)
     if surface is None:
         surface = Surface(
             roughness_factor=finish.roughness, both_sides=name in TWO_SIDED, normal_scale=0.0

@@ -33,13 +33,15 @@ class RayRenderer:
     ) -> None:
         import embreex  # noqa: F401  said here, not at the first frame
 
-        self._size = size
+        # A draft has fewer rays than pixels.
+        share = min(1.0, stage.profile.oversampling)
+        self._shown, self._size = size, (round(size[0] * share), round(size[1] * share))
         self._stage = stage
         self._parts = Parts(head, stage.profile.image_side)
         self._exposure = self._parts.exposure(stage.rig)
         self._triangles = np.concatenate([part.triangles for part in self._parts.parts])
         counts = [len(part.triangles) for part in self._parts.parts]
-        self._part_of = np.repeat(np.arange(len(counts), dtype=np.int8), counts)
+        self._part_of = np.repeat(np.arange(len(counts), dtype=np.int16), counts)
         self._both_sides = np.array([p.surface.both_sides for p in self._parts.parts])
         self._key = shadow_view(head, stage.rig)
         self._eye = camera.position.astype(np.float32)
@@ -49,9 +51,9 @@ class RayRenderer:
 
     def _ground(self) -> Float32Array:
         """(pixel, 3) sRGB of what lies behind the head."""
-        width, height = self._size
+        width, height = self._shown
         if self._stage.backdrop is not None:
-            backdrop = self._stage.backdrop_for(self._size).reshape(-1, 3)
+            backdrop = self._stage.backdrop_for(self._shown).reshape(-1, 3)
             return backdrop.astype(np.float32) / np.float32(255)
         rows, columns = np.mgrid[:height, :width].astype(np.float32) + np.float32(0.5)
         at = np.stack([columns.ravel() / width, 1 - rows.ravel() / height], axis=1)
@@ -68,7 +70,16 @@ class RayRenderer:
             offsets = np.repeat(GRID, len(edges), axis=0)  # all at once: small pictures take long
             more = self._cast(scene, moments, np.tile(edges, len(GRID)), offsets)
             pixels[edges] = more.reshape(len(GRID), len(edges), 4).mean(axis=0)
-        return self._finished(pixels)
+        return self._finished(self._enlarged(pixels))
+
+    def _enlarged(self, pixels: Float32Array) -> Float32Array:
+        """(pixel, 4) of a picture as large as it is shown."""
+        if self._shown == self._size:
+            return pixels
+        width, height = self._shown
+        rows, columns = np.mgrid[:height, :width].astype(np.float32) + np.float32(0.5)
+        at = np.stack([columns.ravel() / width, rows.ravel() / height], axis=1)
+        return bilinear(pixels.reshape(self._size[1], self._size[0], 4), at, repeat=False)
 
     def frames(self, faces: Iterable[NDArray[np.float32]]) -> Iterator[NDArray[np.uint8]]:
         """One `frame` for each."""
@@ -76,7 +87,7 @@ class RayRenderer:
 
     def _finished(self, pixels: Float32Array) -> NDArray[np.uint8]:
         """The ground laid behind, in bytes."""
-        width, height = self._size
+        width, height = self._shown
         color, alpha = pixels[:, :3], pixels[:, 3:]
         if self._stage.transparent:
             straight = np.concatenate([color / np.maximum(alpha, 1e-6), alpha], axis=1)
@@ -162,7 +173,7 @@ class RayRenderer:
     ) -> Float32Array:
         """sRGB (hit, 3) of hits on one part."""
         part = self._parts.parts[hits.part[chosen[0]]]
-        given = part.surface
+        surface = part.surface
         corners = self._triangles[hits.face[chosen]]
         shares = hits.shares[chosen]
         place = scene.between(corners, shares, slice(0, 3))
@@ -177,20 +188,23 @@ class RayRenderer:
         pixel_m = 2 * self._reach * distance / self._size[1] / slant
         density = scene.density[hits.face[chosen]] * pixel_m
 
-        albedo = _weighted(self._parts.color, corners, shares) * np.array(given.tint, np.float32)
+        albedo = _weighted(self._parts.color, corners, shares) * np.array(surface.tint, np.float32)
         if part.color is not None:
             spot = at
-            if given.iris_depth > 0:
-                eye = given.eye_rad, given.iris_rad, given.iris_depth
+            if surface.iris_depth > 0:
+                eye = surface.eye_rad, surface.iris_rad, surface.iris_depth
                 ways = shading.tangents(*scene.frames(corners), blunt)
                 spot = shading.refracted(at, eye, views, *ways, blunt)
             albedo = albedo * part.color.at_density(spot, density)[:, :3]
         occlusion = _weighted(self._parts.occlusion[:, None], corners, shares)
         roughness = np.full((len(chosen), 1), part.rough, np.float32)
+        metal: Float32Array | float = 0.0
+        if surface.metal:
+            metal = np.full((len(chosen), 1), surface.metal, np.float32)
         if part.roughness is not None:
             rough = part.roughness.at_density(at, density)
             occlusion = np.minimum(occlusion, rough[:, :1])
-            roughness = roughness * rough[:, 1:2]
+            roughness, metal = roughness * rough[:, 1:2], metal * rough[:, 2:3]
         strand = np.zeros_like(blunt)
         if part.finish.strand:
             strand = _weighted(self._parts.strand, corners, shares)
@@ -206,10 +220,13 @@ class RayRenderer:
             occlusion=occlusion,
             roughness=np.clip(roughness, 0.05, 1),
             shadow=shading.open_to_key(seen, from_key[:, 2:] - shading.SHADOW_BIAS),
+            metal=metal if surface.metal else 0.0,
         )
         if part.inside:
             point = shading.enclosed(point, _weighted(scene.openness, corners, shares))
         point = self._turned(scene, part, point, corners, shares, at, density)
+        if surface.shade is not None:
+            return shading.painted(point, surface.shade, self._stage.rig)
         return shading.shown(shading.lit(point, part.finish, self._stage.rig), self._exposure)
 
     @staticmethod
@@ -258,15 +275,15 @@ class RayRenderer:
 class _Hits:
     """What rays meet first, or next."""
 
-    def __init__(self, rays: NDArray[np.intp], found: dict[str, Any], scene: _Scene) -> None:
+    def __init__(self, rays: NDArray[np.intp], hits: dict[str, Any], scene: _Scene) -> None:
         self.rays = rays
         """(hit,) which of the rays."""
-        self.face: NDArray[np.intp] = found["face"]
-        self.distance: Float32Array = found["distance"]
+        self.face: NDArray[np.intp] = hits["face"]
+        self.distance: Float32Array = hits["distance"]
         """(hit,) from the ray's own beginning, m."""
-        u, v = found["u"], found["v"]
+        u, v = hits["u"], hits["v"]
         self.shares: Float32Array = np.stack([1 - u - v, u, v], axis=1).astype(np.float32)
-        self.front: Float32Array = found["front"]
+        self.front: Float32Array = hits["front"]
         """(hit,) 1 on a face's own side, -1 on its far side."""
         self.part = scene.part_of[self.face]
         corners = scene.triangles[self.face]
@@ -282,7 +299,7 @@ class _Scene:
         self,
         parts: Parts,
         triangles: NDArray[np.int32],
-        part_of: NDArray[np.int8],
+        part_of: NDArray[np.int16],
         points: Float32Array,
         both_sides: NDArray[np.bool_],
     ) -> None:
@@ -334,11 +351,11 @@ class _Scene:
         for _ in range(LAYERS):
             starts = origins[going] + rays[going] * gone[going, None]
             hit = self._scene.run(starts, rays[going], output=True)
-            found = np.flatnonzero(hit["primID"] >= 0)
-            if not len(found):
+            struck = np.flatnonzero(hit["primID"] >= 0)
+            if not len(struck):
                 return
-            which, face = going[found], hit["primID"][found]
-            distance = gone[which] + hit["tfar"][found]
+            which, face = going[struck], hit["primID"][struck]
+            distance = gone[which] + hit["tfar"][struck]
             slant = (self._normals[face] * rays[which]).sum(axis=1) / self._areas[face]
             front = np.where(slant <= 0, 1, -1)
             hits = _Hits(
@@ -346,8 +363,8 @@ class _Scene:
                 {
                     "face": face,
                     "distance": distance,
-                    "u": hit["u"][found],
-                    "v": hit["v"][found],
+                    "u": hit["u"][struck],
+                    "v": hit["v"][struck],
                     "front": front.astype(np.float32),
                 },
                 self,
@@ -374,8 +391,8 @@ class _Scene:
                 chosen = chosen[hits.front[chosen] > 0]
             if part.solid or part.color is None:
                 continue
-            alpha = part.color.texels(hits.at[chosen])[:, 3]
-            if slant is not None:
+            alpha = part.color.texels(hits.at[chosen])[:, 3] * np.float32(part.surface.alpha)
+            if slant is not None and part.fades:
                 alpha = alpha * shading.edge_on(slant[chosen])
             core = alpha >= (0.5 if for_shadow else part.core)
             fringe = np.where(alpha >= 0.01, alpha, 0) * part.surface.fringed * part.fringe_gain

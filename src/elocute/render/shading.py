@@ -42,8 +42,10 @@ FINISHES: dict[str, Finish] = {
     "hair": Finish(0.010, 0.60, 0.2, 0.9, 0.0, 1.0),
     "brows": Finish(0.010, 0.60, 0.2, 0.8, 0.0, 0.35),
     "cloth": Finish(0.020, 0.85, 0.2, 1.0, 0.0, 0.0),
+    "plain": Finish(0.040, 1.00, 0.0, 1.0, 0.0, 0.0),
 }
-"""By the name of a material; `finish_of` finds the one for any name."""
+"""By the name of a material; `finish_of` finds the one for any name. "plain" is what glTF calls a
+dielectric, for materials of other hands."""
 
 ALIASES = {"lashes": "hair", "beard": "hair", "clothes": "cloth"}
 WRAP = (0.27, 0.13, 0.08)  # how far red, green and blue reach round on skin
@@ -59,7 +61,7 @@ STRAND_TILT = (-0.10, 0.14)  # along the hair: the former lies nearer its root, 
 WITHIN_HAIR, DARK_WITHIN = (-0.9, -0.4), 0.6
 LID_UPPER, LID_LOWER, LID_CORNER = (0.0, 0.50), (-0.7, -0.3), (0.40, 0.88)  # of an eye's normals
 # Behind lips, whose flesh reddens light: least of it, powers of red, green and blue, shine left.
-DIM_LEAST, DIM_POWERS, DIM_SHINE = 0.25, (0.35, 0.75, 0.85), 0.40
+DIM_LEAST, DIM_POWERS, DIM_SHINE = 0.25, (0.5, 0.78, 0.86), 0.40
 BALL = 0.74  # the white of an eye is darker than it is painted
 LID_ARCH = 0.45  # how far the upper lid's edge comes down towards the corners
 LID_WARMTH = (0.86, 1.06, 1.12)  # powers of a lid's shade: flesh round an eye reddens it
@@ -78,6 +80,7 @@ FOLD_TINT, FOLD_SHADE = (0.16, 0.28, 0.31), 0.45  # what a crease keeps of colou
 CORNEA_INDEX = 1.336  # refraction, of the aqueous humour behind it (Gullstrand)
 CORNEA_ASLANT = 0.25  # least cosine of a view that is followed through the cornea
 SHADOW_BIAS = 0.006  # of the radius of the key's view
+CEL_EDGE = (-0.25, 0.15)  # cosines to the key between which a painted surface falls into its shade
 GROUND_MIDDLE, GROUND_SHAPE = (0.5, 0.62), (1.0, 1.15)  # the bright spot behind the head
 
 
@@ -101,6 +104,8 @@ class Point:
         0 smooth to 1 rough.
     shadow : (point, 1)
         Share of the key that arrives.
+    metal : (point, 1) or float
+        How much of a metal it is, 0 to 1: it mirrors in its colour, and scatters nothing.
     """
 
     albedo: FloatArray
@@ -111,6 +116,7 @@ class Point:
     occlusion: FloatArray
     roughness: FloatArray
     shadow: FloatArray
+    metal: FloatArray | float = 0.0
 
 
 def finish_of(material: str) -> Finish:
@@ -132,7 +138,8 @@ def lit(p: Point, f: Finish, rig: Rig) -> FloatArray:
     light = _around(up, rig) * _bounced(p.occlusion, p.albedo) * f.ambient
     edge = (1 - facing) ** 5
     grazing = GRAZING * (1 - p.roughness) ** 2
-    glance = f.reflectance + np.maximum(grazing - f.reflectance, 0) * edge
+    mirror = _mix(f.reflectance, 1.0, p.metal)
+    glance = mirror + np.maximum(grazing - mirror, 0) * edge
     mirrored = 2 * facing * p.normal[:, 1:2] - p.view[:, 1:2]
     shine = _around(mirrored, rig) * (glance * p.occlusion * f.ambient * (1 - f.strand))
     for index, lamp in enumerate(rig.lamps):
@@ -144,12 +151,21 @@ def lit(p: Point, f: Finish, rig: Rig) -> FloatArray:
             bled = through ** _mix(np.ones(3, np.float32), _f32(PENUMBRA), f.softness)
         light = light + _reached(p, f, lamp) * bled
         if lamp.shine:
-            shine = shine + _glint(p, f, lamp, facing) * through
+            shine = shine + _glint(p, f, lamp, facing, mirror) * through
     if f.coat:
         shine = shine + _coat(p, f, rig)
     turned = 1 - _step(*WITHIN_HAIR, _dot(p.blunt, p.view))
     kept = 1 - np.float32(f.strand * DARK_WITHIN) * turned
+    if isinstance(p.metal, np.ndarray):
+        light, shine = light * (1 - p.metal), shine * _mix(1.0, p.albedo, p.metal)
     return ((p.albedo * light + shine) * kept).astype(np.float32)
+
+
+def painted(p: Point, shade: Iterable[float], rig: Rig) -> FloatArray:
+    """sRGB (point, 3) 0…1 of points whose colour is shown as it is, in their shade (3,) where they
+    are turned away from the key."""
+    lit_share = _step(*CEL_EDGE, (p.normal @ _unit(rig.lamps[0].towards))[:, None])
+    return to_srgb(np.clip(p.albedo * _mix(_f32(shade), 1.0, lit_share), 0, 1))
 
 
 def socket_shade(normal: FloatArray) -> FloatArray:
@@ -186,8 +202,8 @@ def _reached(p: Point, f: Finish, lamp: Lamp) -> FloatArray:
     return _f32(lamp.color) * np.clip(fall, 0, 1)
 
 
-def _glint(p: Point, f: Finish, lamp: Lamp, facing: FloatArray) -> FloatArray:
-    """Highlight of a lamp: GGX, or across the strands of hair."""
+def _glint(p: Point, f: Finish, lamp: Lamp, facing: FloatArray, mirror: FloatArray) -> FloatArray:
+    """Highlight of a lamp: GGX, or across the strands of hair; mirror: its reflectance."""
     towards = _unit(lamp.towards)
     half = p.view + towards
     half = half / np.sqrt(_dot(half, half))
@@ -207,7 +223,7 @@ def _glint(p: Point, f: Finish, lamp: Lamp, facing: FloatArray) -> FloatArray:
     narrow = wide * wide
     lobe = narrow / (aligned * aligned * (narrow - 1) + 1) ** 2
     masked = 0.5 / _mix(2 * meets * facing, meets + facing, wide)
-    fresnel = f.reflectance + (1 - f.reflectance) * (1 - seen) ** 5
+    fresnel = mirror + (1 - mirror) * (1 - seen) ** 5
     return color * (lobe * masked * fresnel * meets)
 
 
@@ -393,27 +409,27 @@ def glsl(rig: Rig) -> str:
         bled = "vec3(through)"
         if index == 0:
             through += f" * (1.0 - (1.0 - p.shadow) * {rig.shadow:f})"
-            bled = f"pow(vec3(through), mix(vec3(1.0), {_vec(PENUMBRA)}, f.softness))"
+            bled = f"pow(vec3(through), mix(vec3(1.0), {vec(PENUMBRA)}, f.softness))"
         lamps.append(f"    through = {through};")
-        towards, color = _vec(_unit(lamp.towards)), _vec(lamp.color)
+        towards, color = vec(_unit(lamp.towards)), vec(lamp.color)
         soft = f"{lamp.size * 0.5:f}, {lamp.wrap:f}, {lamp.shine:f}"
         lamps.append(
             f"    lamp(p, f, {towards}, {color}, {soft}, through, {bled}, facing, light, shine);"
         )
     boxes = []
     for lamp, radiance in zip(rig.lamps, BOX_RADIANCE, strict=False):
-        sides = ", ".join(map(_vec, box(_lowered(lamp))))
-        boxes.append(f"    shine += {_vec(lamp.color)} * {radiance:f} * boxed(mirrored, {sides});")
+        sides = ", ".join(map(vec, box(_lowered(lamp))))
+        boxes.append(f"    shine += {vec(lamp.color)} * {radiance:f} * boxed(mirrored, {sides});")
     return f"""
 struct Point {{
     vec3 albedo; vec3 normal; vec3 blunt; vec3 view; vec3 strand;
-    float occlusion; float roughness; float shadow;
+    float occlusion; float roughness; float shadow; float metal;
 }};
 struct Finish {{
     float reflectance; float roughness; float softness; float ambient; float coat; float strand;
 }};
 vec3 around(float up) {{
-    return mix({_vec(rig.ground)}, {_vec(rig.sky)}, up * 0.5 + 0.5);
+    return mix({vec(rig.ground)}, {vec(rig.sky)}, up * 0.5 + 0.5);
 }}
 vec3 bounced(float occlusion, vec3 albedo) {{
     vec3 a = 2.0404 * albedo - 0.3324, b = 0.6417 - 4.7951 * albedo, c = 2.7552 * albedo + 0.6903;
@@ -431,8 +447,8 @@ float gapped(float green) {{ return green / (green + {STRAND_GAP:f}); }}
 void lamp(Point p, Finish f, vec3 towards, vec3 color, float size, float wrap, float gain,
           float through, vec3 bled, float facing, inout vec3 light, inout vec3 shine) {{
     float bare = dot(p.normal, towards), blunt = dot(p.blunt, towards);
-    vec3 reach = wrap + f.softness * {_vec(WRAP)};
-    vec3 fall = (mix(vec3(bare), vec3(blunt), f.softness * {_vec(BLUNT)}) + reach)
+    vec3 reach = wrap + f.softness * {vec(WRAP)};
+    vec3 fall = (mix(vec3(bare), vec3(blunt), f.softness * {vec(BLUNT)}) + reach)
         / ((1.0 + reach) * (1.0 + reach));
     light += color * clamp(fall, 0.0, 1.0) * bled;
     if (gain == 0.0) return;
@@ -474,7 +490,8 @@ vec3 coated(Point p, Finish f) {{
     return shine * (glance * f.coat * p.occlusion);
 }}
 void lighted(inout Point p, Finish f, out vec3 light, out vec3 shine) {{
-    if (f.coat > 0.0) p.albedo *= pow(vec3(socket(p.blunt)), {_vec(LID_WARMTH)}) * {BALL:f};
+    if (f.coat > 0.0) p.albedo *= pow(vec3(socket(p.blunt)), {vec(LID_WARMTH)}) * {BALL:f};
+    f.reflectance = mix(f.reflectance, 1.0, p.metal);
     float facing = max(dot(p.normal, p.view), 0.02);
     light = around(mix(p.normal.y, p.blunt.y, 0.5 * f.softness))
         * bounced(p.occlusion, p.albedo) * f.ambient;
@@ -487,13 +504,18 @@ void lighted(inout Point p, Finish f, out vec3 light, out vec3 shine) {{
     if (f.coat > 0.0) shine += coated(p, f);
     float turned = 1.0 - smoothstep({WITHIN_HAIR[0]:f}, {WITHIN_HAIR[1]:f}, dot(p.blunt, p.view));
     float kept = 1.0 - f.strand * {DARK_WITHIN:f} * turned;
-    light *= kept;
-    shine *= kept;
+    light *= kept * (1.0 - p.metal);
+    shine *= kept * mix(vec3(1.0), p.albedo, p.metal);
 }}
 vec3 lit(Point p, Finish f) {{
     vec3 light, shine;
     lighted(p, f, light, shine);
     return p.albedo * light + shine;
+}}
+vec3 to_srgb(vec3 color) {{
+    vec3 one = sqrt(color), two = sqrt(one);
+    vec3 root = {SRGB[0]} * one + {SRGB[1]} * two + {SRGB[2]} * sqrt(two) + {SRGB[3]} * color;
+    return mix(12.92 * color, root, step(0.0031308, color));
 }}
 vec3 shown(vec3 light, float exposure) {{
     vec3 color = light * exposure;
@@ -501,15 +523,17 @@ vec3 shown(vec3 light, float exposure) {{
     float lower = peak;
     if (peak > {TONE_START:f})
         lower = 1.0 - {(1 - TONE_START) ** 2:f} / (peak - {TONE_START:f} + {1 - TONE_START:f});
-    color = mix(color * (lower / peak), vec3(lower),
-        1.0 - 1.0 / ({TONE_BLEACH:f} * (peak - lower) + 1.0));
-    vec3 one = sqrt(color), two = sqrt(one);
-    vec3 root = {SRGB[0]} * one + {SRGB[1]} * two + {SRGB[2]} * sqrt(two) + {SRGB[3]} * color;
-    return mix(12.92 * color, root, step(0.0031308, color));
+    return to_srgb(mix(color * (lower / peak), vec3(lower),
+        1.0 - 1.0 / ({TONE_BLEACH:f} * (peak - lower) + 1.0)));
+}}
+vec3 painted(Point p, vec3 shade) {{
+    float share = smoothstep({CEL_EDGE[0]:f}, {CEL_EDGE[1]:f},
+        dot(p.normal, {vec(_unit(rig.lamps[0].towards))}));
+    return to_srgb(clamp(p.albedo * mix(shade, vec3(1.0), share), 0.0, 1.0));
 }}
 vec3 ground(vec2 at) {{
-    float share = clamp(length((at - {_vec(GROUND_MIDDLE)}) * {_vec(GROUND_SHAPE)}), 0.0, 1.0);
-    return mix({_vec(rig.middle)}, {_vec(rig.margin)}, share * share * (3.0 - 2.0 * share));
+    float share = clamp(length((at - {vec(GROUND_MIDDLE)}) * {vec(GROUND_SHAPE)}), 0.0, 1.0);
+    return mix({vec(rig.middle)}, {vec(rig.margin)}, share * share * (3.0 - 2.0 * share));
 }}
 float open_to_key(vec2 moments, float depth) {{
     float behind = depth - moments.x;
@@ -524,12 +548,12 @@ float edge_on(vec3 place, vec3 view) {{
 }}
 vec3 folded(inout Point p, vec3 texel, vec3 heights) {{
     float sunk = max(-heights.x, 0.0);
-    p.albedo *= 1.0 - sunk * {_vec(FOLD_TINT)};
+    p.albedo *= 1.0 - sunk * {vec(FOLD_TINT)};
     p.occlusion *= 1.0 - sunk * {FOLD_SHADE:f};
     return texel - vec3((heights.yz - heights.x) * {0.5 * FOLD_SLOPE:f}, 0.0);
 }}
 void enclosed(inout Point p, float openness) {{
-    p.albedo *= pow(vec3(max(openness, {DIM_LEAST:f})), {_vec(DIM_POWERS)});
+    p.albedo *= pow(vec3(max(openness, {DIM_LEAST:f})), {vec(DIM_POWERS)});
     p.occlusion *= mix({DIM_SHINE:f}, 1.0, openness);
 }}
 void tangents(vec3 place, vec2 at, vec3 normal, out vec3 right, out vec3 up) {{
@@ -597,6 +621,7 @@ def _mix(a: FloatArray | float, b: FloatArray | float, share: FloatArray | float
     return np.asarray(a + (b - a) * share, np.float32)
 
 
-def _vec(values: Iterable[float]) -> str:
+def vec(values: Iterable[float]) -> str:
+    """Numbers as a GLSL vector."""
     parts = [f"{float(value):f}" for value in values]
     return f"vec{len(parts)}(" + ", ".join(parts) + ")"

@@ -16,7 +16,9 @@ SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
 class Profile:
     """How finely pictures are drawn."""
 
-    oversampling: float  # drawn this much larger, then reduced; at 1 edges are smoothed instead
+    # Drawn this much larger, then reduced; up to 1 edges are smoothed instead. OpenGL alone draws
+    # larger.
+    oversampling: float
     shadow_side: int  # pixels of the blurred shadow map
     image_side: int  # images are reduced to this many pixels a side
     anisotropy: float  # samples of an image on what is seen aslant
@@ -27,6 +29,7 @@ class Profile:
 
 
 PROFILES = {
+    "draft": Profile(0.6, 192, 512, 1.0, False, True),
     "fast": Profile(1.0, 192, 1024, 1.0, False, True),
     "high": Profile(2.0, 512, 4096, 8.0, True, False),
 }
@@ -41,7 +44,7 @@ class Stage:
     rig : Rig
         Lights and the ground's own colours.
     quality : str
-        "auto", "fast" or "high".
+        "auto", "draft", "fast" or "high".
     backdrop : (height, width, 3) uint8, optional
         What lies behind the head instead of the rig's ground; a single pixel is one colour.
     transparent : bool

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from elocute.array_types import Float32Array
+from elocute.encoders.protocol import FEATURE_RATE
 from elocute.numerics.input_checks import check_alone
 from elocute.speech.cues.files import as_written
-from elocute.speech.text.known_phones import blended_posteriors
+from elocute.speech.text.heard_phones import heard_phones
+from elocute.speech.text.known_phones import blended_posteriors, known_posteriors
 from elocute.speech.text.transcript import Transcript, transcribe as aligned
 from elocute.speech.times.labels import Label, PhoneRefiner
 from elocute.speech.times.read import SpeechTimes
@@ -35,10 +37,10 @@ class KnownSpeech:
 
 
 def known_speech(
-    phones: list[Label] | SpeechTimes | None, text: str | None, language: str
+    phones: list[Label] | SpeechTimes | PhoneRefiner | None, text: str | None, language: str
 ) -> KnownSpeech:
-    """What a caller knows of a speech: phones with their times, what a file of such times holds, or
-    what is said in the language.
+    """What a caller knows of a speech: phones with their times, what a file of such times holds,
+    what makes them of what is heard, or what is said in the language.
 
     Raises
     ------
@@ -71,6 +73,40 @@ def transcribed_speech(transcript: Transcript, notes: tuple[str, ...] = ()) -> K
     return KnownSpeech(refine, all_notes, words)
 
 
+def corrected_phones(phones: Sequence[Label], text: str | None, language: str) -> PhoneRefiner:
+    """Phones that somebody has corrected after they were found from a text, or heard.
+
+    What was left as it was found stays as it sounds: only where a phone was moved, changed, added
+    or taken away do rows become those of known phones. So a correction changes nothing elsewhere.
+    """
+
+    def refine(heard: Float32Array, duration_s: float) -> Float32Array:
+        if text is None:
+            found = heard_phones(heard, duration_s)
+            rows = blended_posteriors(found, heard, duration_s)
+        else:
+            alignment = aligned(Transcript.of_text(text, language), heard, duration_s)
+            found, rows = list(alignment.phones), alignment.posteriors.copy()
+        known = known_posteriors(phones, duration_s)
+        times = np.arange(min(len(rows), len(known))) / FEATURE_RATE
+        for start, end, _ in _in_one_alone(phones, found):
+            inside = np.flatnonzero((times > start - 0.5 / FEATURE_RATE) & (times < end))
+            rows[inside] = known[inside]
+        return rows
+
+    return refine
+
+
+def _in_one_alone(one: Sequence[Label], other: Sequence[Label]) -> list[Label]:
+    """Labels that only one of two lists has, to a millisecond."""
+
+    def of(labels: Sequence[Label]) -> dict[tuple[int, int, str], Label]:
+        return {(round(1000 * each[0]), round(1000 * each[1]), each[2]): each for each in labels}
+
+    first, second = of(one), of(other)
+    return [(first | second)[key] for key in first.keys() ^ second.keys()]
+
+
 def _timed(times: SpeechTimes, language: str) -> KnownSpeech:
     if not times.phones:
         known = transcribed_speech(Transcript.of_words(times.words, language), times.notes)
@@ -87,14 +123,14 @@ def _timed(times: SpeechTimes, language: str) -> KnownSpeech:
 
 
 def _within(
-    times: SpeechTimes, refine: PhoneRefiner | list[Label] | None, told: list[str]
+    times: SpeechTimes, refine: PhoneRefiner | list[Label] | None, notes: list[str]
 ) -> PhoneRefiner:
     """The refiner, once the times are known to fit the sound."""
     assert callable(refine)
     inner: Callable[[Float32Array, float], Float32Array] = refine
 
     def checked(heard: Float32Array, duration_s: float) -> Float32Array:
-        told.extend(times.check(duration_s))
+        notes.extend(times.check(duration_s))
         return np.asarray(inner(heard, duration_s), np.float32)
 
     return checked

@@ -37,7 +37,11 @@ RESTS = _names(
 )
 BRACKETED_RESTS = (*RESTS, *_names("p: p s /s sl ns br b_trans e_trans iver nib"))
 UNSAID = _names("spn unk oov vocnoise laugh laughter cough lipsmack garbage gb fp dummy usb ???")
-_BRACKETED = re.compile(r"<(.+)>|\[(.+)\]|\((.+)\)|\{(.+)\}")
+WORD_RESTS = _names(
+    "sil silb sile sp spn eps epi h# ssil nsn brth unk oov SIL SPN NSN !SIL !sil %HESITATION"
+)
+"""Labels in the place of a word that are none; others, such as silence and laughter, are words."""
+_BRACKETED = re.compile(r"<(.+)>|\[(.+)\]|\((.+)\)|\{(.+)\}|\+\+(.+)\+\+")
 
 
 # Longest match first; languages that differ override below.
@@ -281,7 +285,7 @@ def romaji_phone(symbol: str, language: str = "") -> str | None:
 
 
 def _viseme(kind: str) -> Callable[[str, str], str | None]:
-    return lambda symbol, language="": VISEMES[kind].get(symbol)
+    return lambda symbol, language="": VISEMES[kind].get(symbol.removeprefix("viseme_"))
 
 
 ALPHABETS: dict[str, Callable[[str, str], str | None]] = {
@@ -295,8 +299,14 @@ ALPHABETS: dict[str, Callable[[str, str], str | None]] = {
 }
 """Alphabets; of two that know all symbols of a file, the first is taken."""
 GUESSED = ("arpabet", "ipa", "x-sampa", "espeak")
-"""Alphabets that a file need not name; visemes are known by their format."""
-TELLING = {"pinyin": re.compile("[a-zü:]+[1-5]"), "romaji": re.compile("ch|sh|cl|[kgnhbpmr]y")}
+"""Alphabets that a file need not name."""
+TELLING = {
+    "pinyin": re.compile("[a-zü:]+[1-5]"),
+    "romaji": re.compile("ch|sh|cl|[kgnhbpmr]y"),
+    "oculus": re.compile("(?:viseme_)?(?:PP|FF|DD|kk|SS|nn|RR)"),
+    "blair": re.compile("MBP|AI|FV|WQ|etc"),
+    "rhubarb": re.compile("X"),  # its rest
+}
 """Symbols that only one alphabet writes so: where it also knows all others, it is taken first."""
 
 
@@ -319,6 +329,12 @@ def phone_of(symbol: str, alphabet: str, language: str = "") -> str | None:
     return ALPHABETS[alphabet](name, language)
 
 
+def is_word(label: str) -> bool:
+    """Whether a label in the place of a word is one that is said: no mark of a pause or noise."""
+    said = any(map(str.isalnum, label)) and label not in WORD_RESTS
+    return said and _BRACKETED.fullmatch(label) is None
+
+
 def alphabet_of(symbols: Iterable[str]) -> tuple[str, list[str]]:
     """The alphabet (of GUESSED or TELLING) that knows most of the symbols of a file, and the
     symbols that it does not know.
@@ -335,6 +351,19 @@ def alphabet_of(symbols: Iterable[str]) -> tuple[str, list[str]]:
     }
     best = min(GUESSED, key=lambda alphabet: len(strangers[alphabet]))
     return best, strangers[best]
+
+
+def visemes_of(symbols: Iterable[str]) -> str:
+    """The set of visemes that knows all of the symbols of a file, the usual one first; "" where
+    none does.
+    """
+    different = dict.fromkeys(symbols)
+    known = (
+        kind
+        for kind in ("oculus", *VISEMES)
+        if all(phone_of(each, kind) is not None for each in different)
+    )
+    return next(known, "")
 
 
 def nearest_symbols(symbol: str, alphabet: str) -> list[str]:

@@ -47,12 +47,12 @@ class Crowd:
     "style" and "intelligibility", points of 100 for "rating". 0, or 50 points, where none is named.
     """
     people_sd: float = setting(
-        0.6, low=0, high=50, help="How far people differ in it: logits, or points of a rating."
+        0.6, low=0, high=50, help="Spread of it between people: logits, or points of a rating."
     )
-    stimuli_sd: float = setting(0.3, low=0, high=50, help="How far stimuli differ in it.")
+    stimuli_sd: float = setting(0.3, low=0, high=50, help="Spread of it between stimuli.")
     noise: float = setting(15.0, low=0, high=50, help="Spread of single ratings, in points.")
     side: float = setting(0.0, low=-3, high=3, help="Liking of the left side, in logits.")
-    side_sd: float = setting(0.0, low=0, high=5, help="How far people differ in it, in logits.")
+    side_sd: float = setting(0.0, low=0, high=5, help="Spread of it between people, in logits.")
     lapses: float = setting(0.03, low=0, high=1, help="Share of answers given at random.")
     cheaters: float = setting(0.0, low=0, high=1, help="Share of people who never look.")
 

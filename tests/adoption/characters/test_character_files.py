@@ -163,6 +163,7 @@ def test_shapes_that_nothing_moves_keep_their_rest(take, character):
     given = record(("Head", [*ARKIT_NAMES, "fat", "thin"]))
     given["meshes"][0]["weights"] = [0.0] * 52 + [0.3, 0.0]
     given["nodes"].append({"mesh": 0, "weights": [0.1] * 52 + [0.0, 0.7]})
+    given["scenes"] = [{"nodes": [0, 1]}]
     made = Written(character_glb(take, character(given)))
     first, second = (made.channel(node, "weights") for node in (0, 1))
     assert first is not None and second is not None
@@ -375,7 +376,7 @@ def test_audio_in_a_form_of_its_own_is_refused(take, character, speech_wav):
 
 def test_motions_and_heads_keep_it(take, character, tmp_path):
     given = busy()
-    face = character(given, bytes(30))
+    face = replace(character(given, bytes(30)), facing_deg=180.0, tilt_deg=90.0)
     head = character_head(face)
     save_head(tmp_path / "head.npz", head)
     save_motion(replace(take, head=head), tmp_path / "talk.npz")
@@ -383,13 +384,14 @@ def test_motions_and_heads_keep_it(take, character, tmp_path):
     motion = load_motion(tmp_path / "talk.npz")
     for kept in (load_head(tmp_path / "head.npz").character, motion.head.character):
         assert kept is not None and kept.document.data == glb(given, bytes(30))
+        assert (kept.facing_deg, kept.tilt_deg) == (180, 90)
         assert character_glb(motion, kept) == wanted
     write(motion, tmp_path / "again.glb")
     assert (tmp_path / "again.glb").read_bytes() == wanted
 
 
-@pytest.mark.parametrize("suffix", [".mp4", ".html", ".obj", ".ply", ".npy", ".png"])
-def test_formats_that_need_a_mesh_are_refused(take, character, tmp_path, suffix):
+@pytest.mark.parametrize("suffix", [".obj", ".ply", ".npy", ".usdz"])
+def test_formats_that_need_a_mesh_of_ours_are_refused(take, character, tmp_path, suffix):
     moved = replace(take, head=character_head(character(arkit())))
     with pytest.raises(OutputError, match=r"whose mesh stays in its own file; allowed: .npz .glb"):
         write(moved, tmp_path / f"talk{suffix}")

@@ -13,22 +13,8 @@ from elocute.adoption.characters.shape_sets import VRM
 from elocute.adoption.registry import open_speaking_head
 from elocute.errors import HeadError
 from elocute.motion.curves import ARKIT_NAMES
+from tests.adoption.characters.conftest import shares
 from tests.support.gltf_files import OCULUS, arkit, glb, inline, record
-
-
-@pytest.fixture
-def opened(tmp_path):
-    def make(given, name="face.glb", mesh=None):
-        path = tmp_path / name
-        text = given if isinstance(given, str) else json.dumps(given)
-        path.write_bytes(glb(text) if name != "face.gltf" else text.encode())
-        return open_character(path, mesh)
-
-    return make
-
-
-def shares(opened):
-    return {control.name: control.shares for control in opened.character.controls}
 
 
 def test_arkits_shapes_take_the_curves_as_they_are(opened):
@@ -92,6 +78,48 @@ def test_of_several_heads_one_is_named(opened):
     twins = record(("Anna", list(ARKIT_NAMES)), ("Anna", list(ARKIT_NAMES)))
     with pytest.raises(HeadError, match="2 meshes called 'Anna'"):
         opened(twins, mesh="Anna")
+
+
+def test_heads_that_are_called_alike_are_told_by_what_names_them(opened):
+    given = arkit()  # one mesh that hangs twice
+    given["nodes"] = [
+        {"name": "left", "mesh": 0},
+        {"name": "right", "mesh": 0, "translation": [1, 0, 0]},
+    ]
+    given["scenes"] = [{"nodes": [0, 1]}]
+    with pytest.raises(HeadError, match=r"2 heads \(left; right\).*`mesh` left chooses"):
+        opened(given)
+    assert opened(given, mesh="right").character.nodes == (1,)
+    with pytest.raises(HeadError, match="2 meshes called 'Face'; allowed: left, right"):
+        opened(given, mesh="Face")
+    for node in given["nodes"]:
+        node["name"] = "same"
+    with pytest.raises(HeadError, match=r"2 heads \(node 0; node 1\).*`mesh` node 0 chooses"):
+        opened(given)
+    assert opened(given, mesh="node 0").character.nodes == (0,)
+
+
+@pytest.mark.parametrize("shown", [0, 1])
+def test_a_head_that_is_in_no_scene_is_not_seen(opened, shown):
+    given = record(("Anna", list(ARKIT_NAMES)), ("Ben", list(ARKIT_NAMES)))
+    given["scenes"] = [{"nodes": [shown]}]
+    assert opened(given).character.nodes == (shown,)
+    del given["scenes"]
+    with pytest.raises(HeadError, match=r"2 heads \(Anna; Ben\)"):
+        opened(given)
+
+
+def test_primitives_without_targets_stay_as_they_are(opened):
+    given = arkit()
+    speaks = given["meshes"][0]["primitives"][0]
+    still = {"attributes": {"POSITION": 0}}
+    given["meshes"][0] |= {"primitives": [still, speaks], "weights": [0.0] * 52}
+    found = opened(given)
+    assert found.mapping.mouth == "direct" and found.character.target_count(0) == 52
+    given["meshes"][0]["primitives"] = [speaks, still | {"targets": speaks["targets"][:3]}]
+    says = r"meshes\[0\].primitives\[1\] with 3 morph targets beside 52; allowed: .*; split"
+    with pytest.raises(HeadError, match=says):
+        opened(given)
 
 
 def test_two_skeletons_are_two_heads_wherever_they_stand(opened):
@@ -335,6 +363,8 @@ def test_eyes_and_teeth_that_nothing_moves_are_named(opened):
     for name in ("Teeth_Lower", "Teeth_Upper", "EyeBall_L", "Eyelashes", "Shirt", "Tongue"):
         given["meshes"].append({"name": name, **plain})
         given["nodes"].append({"name": f"{name}.001", "mesh": len(given["meshes"]) - 1})
+    assert opened(given).still == ()  # in no scene, where nobody sees them
+    given["scenes"] = [{"nodes": list(range(7))}]
     found = opened(given)
     assert found.still == ("Teeth_Lower.001", "EyeBall_L.001", "Tongue.001")
     assert "Teeth_Lower.001, EyeBall_L.001, Tongue.001 without shapes" in found.character.notes[0]
@@ -344,6 +374,7 @@ def test_eyes_and_teeth_that_nothing_moves_are_named(opened):
         "other" if name == "jawOpen" else name for name in ARKIT_NAMES
     ]
     given["nodes"] += [{"name": "Jaw", "children": [1]}]
+    given["scenes"] = [{"nodes": [0, *range(2, 8)]}]
     given["nodes"][0]["skin"] = given["nodes"][6]["skin"] = 0
     given["skins"] = [{"joints": [7]}]
     assert opened(given).still == ("EyeBall_L.001",)

@@ -5,23 +5,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from elocute.adoption.characters.open_character import character_of
+from elocute.adoption.characters.open_character import character_head, character_of
 from elocute.adoption.flame_places import FLAME_LANDMARKS
 from elocute.animation import animate
 from elocute.errors import HeadError
 from elocute.export.character_weights import character_motion, measured_mouth
+from elocute.export.drawn_character import drawn
 from elocute.head.builtin import load_builtin_head
 from elocute.head.viseme_shapes import VISEME_SHAPES
 from elocute.meshes.gltf_document import gltf_document
 from elocute.motion.control_fit import builtin_mouth, fit_controls
 from elocute.motion.mouth_measures import measure_mouth
 from elocute.motion.mouth_seam import SHARES, find_mouth
+from elocute.numerics.quaternions import from_axis_angle, no_turn, to_matrices
+from tests.support.gltf_files import glb, parts_of_glb
 from tests.support.strange_heads import (
     VISEMES,
     arkit_shapes,
     character,
     drawn_face,
     face,
+    rigged,
     viseme_shapes,
 )
 
@@ -39,7 +43,8 @@ def take(speech_wav):
 def opened(tmp_path):
     def make(data):
         path = tmp_path / "face.glb"
-        return character_of(gltf_document(data, "face.glb", error=HeadError), path).character
+        document = gltf_document(data, "face.glb", error=HeadError)
+        return character_of(document, path, None, {}).character
 
     return make
 
@@ -168,6 +173,94 @@ def test_a_mouth_is_found_wherever_the_face_looks_and_in_any_unit(opened):
     assert by_name["Fcl_MTH_A"][len(SHARES) // 2] == pytest.approx(0.025, rel=0.05)
 
 
+def turned(face, *angles):
+    """Points, triangles and shapes of a face, turned about each axis in turn."""
+    points, triangles, shapes = face
+    turn = to_matrices(from_axis_angle(np.array(angles))).astype(float).T
+    return points @ turn, triangles, {name: shape @ turn for name, shape in shapes.items()}
+
+
+@pytest.mark.parametrize(
+    ("angles", "facing", "tilt"),
+    [
+        ((0, 0, 0), 0, 0),
+        ((0, np.pi, 0), 180, 0),
+        ((0, -np.pi / 2, 0), -90, 0),
+        ((0, 0.8, 0), np.degrees(0.8), 0),
+        ((np.pi / 2, 0, 0), 0, 90),  # as Blender has it, where Z is up
+    ],
+)
+def test_a_face_without_eyes_looks_where_its_mouth_is(opened, angles, facing, tilt):
+    plain = (*face(), arkit_shapes())
+    found = opened(character(*turned(plain, *angles)))
+    assert (found.facing_deg, found.tilt_deg) == (pytest.approx(facing, abs=3), tilt)
+    assert found.notes == ()
+    mouth, wanted = measured_mouth(found), measured_mouth(opened(character(*plain)))
+    assert mouth is not None and wanted is not None
+    assert np.allclose(mouth.effects, wanted.effects, atol=1e-3)
+
+
+def test_any_shapes_of_a_face_tell_its_front(opened):
+    shapes = {name: shape for name, shape in arkit_shapes().items() if name != "jawOpen"}
+    assert opened(character(*turned((*face(), shapes), 0, np.pi, 0))).facing_deg == 180
+
+
+def test_a_mouth_that_is_a_mesh_of_its_own_is_ahead_of_the_head(opened):
+    points, triangles, shapes = turned((*face(), arkit_shapes()), 0, np.pi, 0)
+    lips = np.linalg.norm(shapes["mouthPucker"], axis=1) > 0.004
+    apart = np.argsort(~lips[triangles].all(axis=1), kind="stable")
+    given, binary = parts_of_glb(character(points, triangles[apart], shapes))
+    count = 3 * int(lips[triangles].all(axis=1).sum())
+    given["accessors"].append(given["accessors"][1] | {"count": count})
+    mouth = given["meshes"][0]["primitives"][0]
+    given["meshes"].append({"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]})
+    mouth["indices"] = len(given["accessors"]) - 1
+    given["nodes"].append({"name": "Skull", "mesh": 1})
+    given["scenes"] = [{"nodes": [0, 1]}]
+    assert opened(glb(given, binary)).facing_deg == 180
+
+
+def rigged_without_eyes(face):
+    given, binary = parts_of_glb(rigged(face, turn=(0, np.pi, 0)))
+    for node in given["nodes"][3:]:
+        node["name"] = "helper"
+    return glb(given, binary)
+
+
+def test_a_head_without_eyes_nods_where_it_looks(take, opened):
+    plain = (*face(), arkit_shapes())
+    turning = replace(take, rotations=no_turn(take.frame_count, 5).astype(np.float32))
+    turning.rotations[:, 1] = from_axis_angle(np.array([0.2, 0.1, 0]))
+    faces = [opened(rigged(plain, turn=(0, np.pi, 0))), opened(rigged_without_eyes(plain))]
+    assert [each.facing_deg for each in faces] == [180, 180]
+    by_eyes, by_mouth = (character_motion(turning, each).turns for each in faces)
+    assert np.array_equal(by_eyes[1], by_mouth[1])
+
+
+def test_a_face_that_shows_no_front_is_told(opened):
+    points, triangles, shapes = drawn_face()
+    flat = points * [1, 1, 0], triangles, {f"Fcl_MTH_{n}": s for n, s in shapes.items()}
+    found = opened(rigged_without_eyes(flat))
+    (note,) = found.notes
+    assert note.startswith("face.glb: neither joints of eyes nor shapes tell which way its face")
+    assert found.facing_deg == 0 and opened(rigged(flat)).notes == ()
+
+
+def test_a_mouth_is_found_beside_a_primitive_that_stays(take, opened):
+    given, binary = parts_of_glb(small_mouth())
+    (speaks,) = given["meshes"][0]["primitives"]
+    given["accessors"].append(given["accessors"][1] | {"count": 3})  # a triangle of the forehead
+    still = {"attributes": {"POSITION": 0}, "indices": len(given["accessors"]) - 1}
+    given["meshes"][0]["primitives"] = [still, speaks]
+    face = opened(glb(given, binary))
+    mouth, alone = (measured_mouth(each) for each in (face, opened(small_mouth())))
+    assert mouth is not None and alone is not None
+    assert np.allclose(mouth.effects, alone.effects)
+    shown = [replace(take, head=character_head(each)) for each in (face, opened(small_mouth()))]
+    moves, wanted = (np.abs(drawn(each).head.expression_basis).max() for each in shown)
+    assert moves == pytest.approx(wanted, rel=1e-3) and wanted > 0.001
+
+
 def test_a_sheet_without_a_slit_has_no_mouth():
     points, triangles, shapes = drawn_face()
     joined, place = np.unique(points.round(9), axis=0, return_inverse=True)
@@ -208,8 +301,6 @@ def test_vertices_that_cannot_be_read_leave_the_names(take, opened):
 
 
 def _with_text(face, text):
-    from tests.support.gltf_files import glb
-
     return glb(text, bytes(face.document.binary))
 
 

@@ -98,6 +98,13 @@ def test_letters_are_visemes_among_others():
     own = [VISEME_SHAPES[each] for each in ("aa", "ih", "ou", "E", "oh")]
     assert [each and each.looks for each in meanings_of(names)] == [*own, None]
     assert looks("E", "aa", "oh", "PP") == VISEME_SHAPES["E"]
+    assert looks("Vowel_I", *(f"Vowel_{each}" for each in "AUEO")) == VISEME_SHAPES["ih"]
+
+
+def test_ee_is_that_of_see_but_in_vrm():
+    adobe = ["Aa", "D", "F", "L", "M", "Oh", "R", "S", "Uh", "W-Oo"]
+    assert looks("Ee", *adobe) == VISEME_SHAPES["ih"]
+    assert looks("ee", "aa", "ih", "ou", "oh") == VISEME_SHAPES["E"]
 
 
 PP, FF, AA, OU = (VISEME_SHAPES[each] for each in ("PP", "FF", "aa", "ou"))

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from elocute.cli import options
 from elocute.errors import CaptureError
-from elocute.registration.landmarks import read_landmarks
+from elocute.registration.landmarks import LANDMARK_SUFFIXES, read_landmarks
 
 POINTS = np.random.default_rng(0).random((68, 3)).round(6)
 PARTS = {
@@ -228,3 +229,7 @@ def test_picked_points_that_are_none(tmp_path: Path, text: str, told: str):
     (tmp_path / "a.pp").write_text(text)
     with pytest.raises(CaptureError, match=told):
         read_landmarks(tmp_path / "a.pp")
+
+
+def test_the_option_names_every_suffix_that_is_read() -> None:
+    assert all(suffix in options.Landmarks.help for suffix in LANDMARK_SUFFIXES)

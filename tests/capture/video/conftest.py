@@ -44,7 +44,8 @@ class Filmed:
 def filmed(speech_wav: Path) -> Filmed:
     """Four seconds of the example's speech by somebody else than the mean, nodding and turning."""
     speech = read_audio(speech_wav).resample(16000)
-    talk = elocute.animate(Waveform(speech.samples[:64000], 16000), fps=FPS, life=0).motion
+    sound = Waveform(speech.samples[:64000], 16000)
+    talk = elocute.animate(sound, model="articulation", fps=FPS, life=0).motion
     head = load_builtin_head().with_identity(0.7 * sample_identity(5))
     motion = with_blinks(Motion(head, talk.weights, FPS), [1.6], replace=True)
     motion = with_gaze(motion, [(0.0, (0, 0)), (2.0, (0, 0)), (2.4, (0, 12)), (4.0, (0, 12))])

@@ -11,8 +11,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
+from elocute.adoption.characters.given_names import GIVEN, GivenNames, meanings_with
 from elocute.adoption.characters.morphs import HeadPart, MorphMesh
 from elocute.adoption.characters.shape_names import (
     Meaning,
@@ -52,7 +51,7 @@ JAW_DEG = 20.0
 """How far the built-in head's jaw is turned where `jawOpen` is one."""
 SPEECH = frozenset({*curve_names(), "mouthClose"} & set(ARKIT_NAMES))
 """ARKit's shapes that speech uses: a file that has them all needs no fit."""
-_RANK = ("vrm", "arkit", "cc", "viseme", "other", "facs")
+_RANK = (GIVEN, "vrm", "arkit", "cc", "viseme", "other", "facs")
 _GAZE_DEG = {  # nod and turn for a degree of gaze; a left eye looks out to the left
     ("Up", "Left"): (-1, 0),
     ("Up", "Right"): (-1, 0),
@@ -91,17 +90,25 @@ class Mapping:
     of_mouth: list[str] = field(default_factory=list)
     # names of targets that are there again and left out, since they move the same
     twice: list[str] = field(default_factory=list)
+    # names of targets that somebody explained
+    given: list[str] = field(default_factory=list)
 
 
 def map_character(
-    parts: Sequence[HeadPart], tree: NodeTree, joints: dict[str, int], vrm: Vrm | None
+    parts: Sequence[HeadPart],
+    tree: NodeTree,
+    joints: dict[str, int],
+    vrm: Vrm | None,
+    given: GivenNames,
 ) -> Mapping:
     """Map the morph targets and joints of a head.
 
-    joints: nodes by the names of the built-in head's joints; vrm: what the file says as a VRM.
+    joints: nodes by the names of the built-in head's joints; vrm: what the file says as a VRM;
+    given: what somebody says of its shapes, which holds before all else.
     """
-    mapping = Mapping()
-    morphs = _from_names(parts, mapping)
+    targets = {name for part in parts for name in part.mesh.targets}
+    mapping = Mapping(given=[name for name in given if name in targets])
+    morphs = _from_names(parts, mapping, given)
     candidates = _chosen(morphs, _from_vrm(vrm, parts), mapping)
     by_joint = _joint_controls(candidates, joints, vrm)
     turned = {curve for control in by_joint for curve in control.looks}
@@ -126,31 +133,33 @@ def head_joints(
 
     skeleton: the joints of its skins, nothing where it has none. What a VRM says goes first.
     """
-    given = set(skeleton)
-    if given:
-        near = set(given)
-        for joint in given:
-            near.update(tree.below(joint) if tree.parents[joint] not in given else ())
-        near.update(*(tree.line(joint) for joint in given if tree.parents[joint] not in given))
+    bones = set(skeleton)
+    if bones:
+        near = set(bones)
+        for joint in bones:
+            near.update(tree.below(joint) if tree.parents[joint] not in bones else ())
+        near.update(*(tree.line(joint) for joint in bones if tree.parents[joint] not in bones))
     else:
         near = {node for part in parts for node in tree.line(part.node)}
         near |= {child for node in set(near) for child in tree.nodes[node].get("children", [])}
-    near = {node for node in near if "mesh" not in tree.nodes[node] or node in given}
-    found: dict[str, int] = {}
+    near = {node for node in near if "mesh" not in tree.nodes[node] or node in bones}
+    nodes: dict[str, int] = {}
     for node in sorted(near, key=lambda each: (len(tree.line(each)), each)):
         joint = joint_of(tree.name(node))
         if joint is not None:
-            found.setdefault(joint, node)
-    return found | (vrm.joints if vrm is not None else {})
+            nodes.setdefault(joint, node)
+    return nodes | (vrm.joints if vrm is not None else {})
 
 
-def _from_names(parts: Sequence[HeadPart], mapping: Mapping) -> dict[str, Candidate]:
+def _from_names(
+    parts: Sequence[HeadPart], mapping: Mapping, given: GivenNames
+) -> dict[str, Candidate]:
     """What the names of morph targets say, over all meshes, by what it does."""
-    found: dict[str, Candidate] = {}
+    candidates: dict[str, Candidate] = {}
     meshes = {part.mesh.mesh: part.mesh for part in parts}
     for mesh in meshes.values():
         own: dict[str, list[tuple[int, Meaning]]] = {}
-        meanings = meanings_of(mesh.targets)
+        meanings = meanings_with(mesh.targets, given)
         visemes = any(each is not None and each.family == "viseme" for each in meanings)
         for target, meaning in enumerate(meanings):
             name = mesh.targets[target]
@@ -159,7 +168,7 @@ def _from_names(parts: Sequence[HeadPart], mapping: Mapping) -> dict[str, Candid
                     mapping.unknown[name] = nearest_name(name) or ""
                     mapping.of_mouth += [name] if like_a_mouth(name, visemes) else []
             elif not meaning.looks:
-                mapping.idle[name] = "the mouth at rest"
+                mapping.idle[name] = "left alone" if name in given else "the mouth at rest"
             else:
                 own.setdefault(meaning.key, []).append((target, meaning))
         for key, same in own.items():
@@ -177,12 +186,12 @@ def _from_names(parts: Sequence[HeadPart], mapping: Mapping) -> dict[str, Candid
             binds = tuple((mesh.mesh, target, 1.0) for target, _ in used)
             still = all(mesh.still[target] for target, _ in used)
             name = " + ".join(dict.fromkeys(mesh.targets[target] for target, _ in used))
-            old = found.get(key)
+            old = candidates.get(key)
             if old is None:
-                found[key] = Candidate(name, first, binds, still)
+                candidates[key] = Candidate(name, first, binds, still)
             else:
-                found[key] = replace(old, binds=old.binds + binds, still=old.still and still)
-    return found
+                candidates[key] = replace(old, binds=old.binds + binds, still=old.still and still)
+    return candidates
 
 
 def _alike(mesh: MorphMesh, same: list[tuple[int, Meaning]]) -> list[tuple[int, Meaning]]:
@@ -195,9 +204,9 @@ def _alike(mesh: MorphMesh, same: list[tuple[int, Meaning]]) -> list[tuple[int, 
 
 def _from_vrm(vrm: Vrm | None, parts: Sequence[HeadPart]) -> dict[str, Candidate]:
     """What the expressions of a VRM say, by what they do."""
-    found: dict[str, Candidate] = {}
+    candidates: dict[str, Candidate] = {}
     if vrm is None:
-        return found
+        return candidates
     meshes = {part.mesh.mesh: part.mesh for part in parts}
     for expression in sorted(vrm.expressions, key=lambda each: not each.preset):
         meaning = vrm_meaning(expression.name)  # many a custom one is called as a preset
@@ -207,13 +216,13 @@ def _from_vrm(vrm: Vrm | None, parts: Sequence[HeadPart]) -> dict[str, Candidate
         if meaning is None or not meaning.looks or not binds:
             continue
         still = all(meshes[mesh].still[target] for mesh, target, _ in binds)
-        found.setdefault(
+        candidates.setdefault(
             meaning.key,
             Candidate(
                 expression.name, meaning, binds, still, expression.switch, expression.overrides
             ),
         )
-    return found
+    return candidates
 
 
 def _chosen(
@@ -227,10 +236,13 @@ def _chosen(
             replace(each, overrides=expressions[key].overrides) if key in expressions else each
             for key, each in morphs.items()
         ]
+    own = {key for key, each in morphs.items() if each.meaning.family == GIVEN}
+    expressions = {key: each for key, each in expressions.items() if key not in own}
     bound = {bind[:2] for each in expressions.values() for bind in each.binds}
     rest = []
     for key, each in morphs.items():
-        if key in expressions or bound.issuperset(bind[:2] for bind in each.binds):
+        moved = bound.issuperset(bind[:2] for bind in each.binds)
+        if key in expressions or (moved and key not in own):
             mapping.idle[each.name] = "an expression of the VRM moves it"
         else:
             rest.append(each)
@@ -312,18 +324,18 @@ def _joint_controls(
 ) -> list[Control]:
     """What joints do because no shape does: open the jaw, turn the eyes."""
     looks = {curve for each in candidates if not each.still for curve in each.meaning.looks}
-    made = []
+    controls = []
     if "jaw" in joints and "jawOpen" not in looks:
-        made.append(Control("joint: jawOpen", {"jawOpen": 1.0}, (), {"jawOpen": 1.0}))
+        controls.append(Control("joint: jawOpen", {"jawOpen": 1.0}, (), {"jawOpen": 1.0}))
     eyes = [side for side in SIDES if f"eye{side}" in joints]
     by_shapes = any(curve.startswith("eyeLook") for curve in looks)
     if not eyes or (by_shapes and not (vrm is not None and vrm.eyes_by_joints)):
-        return made
+        return controls
     for side in eyes:
         for way in REACH_DEG:
             curve = f"eyeLook{way}{side}"
-            made.append(Control(f"joint: {curve}", {curve: 1.0}, (), {curve: 1.0}))
-    return made
+            controls.append(Control(f"joint: {curve}", {curve: 1.0}, (), {curve: 1.0}))
+    return controls
 
 
 def _turns(joints: dict[str, int], by_joint: list[Control], vrm: Vrm | None) -> list[Turn]:
@@ -349,23 +361,6 @@ def _turns(joints: dict[str, int], by_joint: list[Control], vrm: Vrm | None) -> 
                 degrees[name] = (scale * nod, scale * turn)
         turns.append(Turn(joints[f"eye{side}"], (f"eye{side}",), degrees))
     return turns
-
-
-def facing_deg(tree: NodeTree, joints: dict[str, int], vrm: Vrm | None) -> float:
-    """How far a face is turned about +Y from +Z, in degrees.
-
-    By the joints of its eyes, where it has these, in quarters of a turn where they are nearly so; a
-    VRM of version 0 looks along -Z.
-    """
-    if {"eyeLeft", "eyeRight"} <= set(joints):
-        with np.errstate(all="ignore"):
-            left, right = (tree.world(joints[f"eye{side}"])[:3, 3] for side in SIDES)
-            x, _, z = left - right
-        if np.isfinite([x, z]).all() and np.hypot(x, z) > 1e-6:
-            angle = float(np.degrees(np.arctan2(-z, x)))
-            quarter = 90.0 * round(angle / 90)
-            return quarter if abs(angle - quarter) < 15 else angle
-    return 180.0 if vrm is not None and vrm.version == 0 else 0.0
 
 
 def joint_of(name: str) -> str | None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from elocute.adoption.characters.shape_names import words_of
 from elocute.errors import HeadError
 from elocute.files.json_records import finite_number
-from elocute.meshes.gltf_document import GltfDocument
+from elocute.meshes.gltf_document import GltfDocument, morph_targets
 from elocute.meshes.gltf_nodes import NodeTree
 
 PAIRS_MAX = 2000
@@ -40,21 +40,21 @@ class MorphMesh:
 
 
 def morph_meshes(document: GltfDocument) -> list[MorphMesh]:
-    """The meshes of a file that have morph targets and hang somewhere, in the file's order."""
+    """The meshes of a file that have morph targets and hang in its scene, in the file's order."""
     hanging: dict[int, list[int]] = {}
     nodes = document.records("nodes")
-    for number, node in enumerate(nodes):
-        if "mesh" in node:
-            hanging.setdefault(node["mesh"], []).append(number)
-    found = []
+    for number in sorted({*NodeTree(document).shown()}):
+        if "mesh" in nodes[number]:
+            hanging.setdefault(nodes[number]["mesh"], []).append(number)
+    meshes = []
     for number, mesh in enumerate(document.records("meshes")):
-        targets = mesh["primitives"][0].get("targets", [])
+        targets = morph_targets(mesh)
         if targets and number in hanging:
             called = [mesh.get("name"), *(nodes[node].get("name") for node in hanging[number])]
             name = next((each for each in called if isinstance(each, str) and each), str(number))
             names, note = _target_names(document, mesh, len(targets))
             bounds = [_bounds(document, mesh, place) for place in range(len(targets))]
-            found.append(
+            meshes.append(
                 MorphMesh(
                     number,
                     name[:NAME_MAX],
@@ -65,7 +65,7 @@ def morph_meshes(document: GltfDocument) -> list[MorphMesh]:
                     note,
                 )
             )
-    return found
+    return meshes
 
 
 def _target_names(
@@ -76,21 +76,21 @@ def _target_names(
     A list of another length is told. One that is too long does not say which name is whose; one
     that is too short names the first.
     """
-    given, note = list[str](), ""
+    stored, note = list[str](), ""
     for holder in (mesh, *mesh["primitives"]):
         extras = holder.get("extras")
         names = extras.get("targetNames") if isinstance(extras, dict) else None
         if not isinstance(names, list) or not names:
             continue
-        given = [each[:NAME_MAX] if isinstance(each, str) else "" for each in names]
-        if len(given) == count + 1 and not BASIS.isdisjoint(words_of(given[0])):
-            given = given[1:]
-        if len(given) == count:
-            return given, ""
-        note = f"{len(given)} names for {count} morph targets, {{}} taken as without names"
-    if 0 < len(given) < count:
-        return given + [""] * (count - len(given)), note.format("the last of which are")
-    own = [_own_name(document, target) for target in mesh["primitives"][0]["targets"]]
+        stored = [each[:NAME_MAX] if isinstance(each, str) else "" for each in names]
+        if len(stored) == count + 1 and not BASIS.isdisjoint(words_of(stored[0])):
+            stored = stored[1:]
+        if len(stored) == count:
+            return stored, ""
+        note = f"{len(stored)} names for {count} morph targets, {{}} taken as without names"
+    if 0 < len(stored) < count:
+        return stored + [""] * (count - len(stored)), note.format("the last of which are")
+    own = [_own_name(document, target) for target in morph_targets(mesh)]
     return own, note.format("which are")
 
 
@@ -110,13 +110,13 @@ def _twins(names: list[str], bounds: list[tuple[float, ...] | None]) -> Iterator
 
 def _bounds(document: GltfDocument, mesh: dict[str, Any], place: int) -> tuple[float, ...] | None:
     """How far a target moves the primitives, least and most; None where the file does not say."""
-    found = list[float]()
-    for primitive in mesh["primitives"]:
-        for numbers in _stated_ends(document, primitive["targets"][place]):
+    bounds = list[float]()
+    for targets in (each["targets"] for each in mesh["primitives"] if each.get("targets")):
+        for numbers in _stated_ends(document, targets[place]):
             if numbers is None:
                 return None
-            found += numbers
-    return tuple(found)
+            bounds += numbers
+    return tuple(bounds)
 
 
 def _stated_ends(
@@ -154,28 +154,36 @@ def choose_head(
     """
     heads = _heads(document, tree, parts)
     if mesh is not None:
-        named = [head for head in heads if any(_is_called(part, tree, mesh) for part in head)]
+        named = [head for head in heads if any(mesh in _names(part, tree) for part in head)]
         if len(named) == 1:
             return named[0]
-        names = ", ".join(dict.fromkeys(part.mesh.name for part in parts))
+        names = ", ".join(dict.fromkeys(_telling_name(part, heads, tree) for part in parts))
         found = f"{len(named)} meshes called {mesh!r}" if named else f"no mesh called {mesh!r}"
         raise HeadError.about(subject, found=found, allowed=names[:300])
     talking = [head for head in heads if any(part.speaks for part in head)]
     if len(talking) > 1:
-        told = "; ".join(", ".join(dict.fromkeys(p.mesh.name for p in head)) for head in talking)
-        first = talking[0][0]
-        called = next((p.mesh.name for p in talking[0] if p.speaks), first.mesh.name)
+        names = [[_telling_name(part, heads, tree) for part in head] for head in talking]
+        meshes = "; ".join(", ".join(dict.fromkeys(each)) for each in names)
+        speaking = [part.speaks for part in talking[0]].index(True)
         raise HeadError.about(
             subject,
-            found=f"{len(talking)} heads ({told[:300]})",
+            found=f"{len(talking)} heads ({meshes[:300]})",
             allowed="one",
-            remedy=f"`mesh` {called} chooses the first of them",
+            remedy=f"`mesh` {names[0][speaking]} chooses the first of them",
         )
     return list(parts)
 
 
-def _is_called(part: HeadPart, tree: NodeTree, name: str) -> bool:
-    return name in (part.mesh.name, tree.name(part.node))
+def _telling_name(part: HeadPart, heads: Sequence[Sequence[HeadPart]], tree: NodeTree) -> str:
+    """The first of its names that chooses its head alone."""
+    names = _names(part, tree)
+    owners = {name: [h for h in heads if any(name in _names(p, tree) for p in h)] for name in names}
+    return next((name for name in names if name and len(owners[name]) == 1), names[-1])
+
+
+def _names(part: HeadPart, tree: NodeTree) -> tuple[str, str, str]:
+    """What a mesh is called where it hangs: as itself, as its node, and by the node's number."""
+    return part.mesh.name, tree.name(part.node), f"node {part.node}"
 
 
 def _heads(

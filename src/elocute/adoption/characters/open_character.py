@@ -7,9 +7,15 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from elocute.adoption.characters.mapping import Mapping, facing_deg, head_joints, map_character
+from elocute.adoption.characters.given_names import (
+    GivenNames,
+    meanings_with,
+    names_path,
+    read_given_names,
+)
+from elocute.adoption.characters.mapping import Mapping, head_joints, map_character
 from elocute.adoption.characters.morphs import HeadPart, MorphMesh, choose_head, morph_meshes
-from elocute.adoption.characters.shape_names import meanings_of
+from elocute.adoption.characters.stance import Stance, stance_of
 from elocute.adoption.characters.vrm import Vrm, read_vrm
 from elocute.errors import HeadError
 from elocute.head.builtin import load_builtin_head
@@ -28,6 +34,12 @@ TOLD = 6
 REMEDY = "export it with its shape keys, named as ARKit, Oculus or VRM names them"
 
 
+class UnknownShapesError(HeadError):
+    """A character without a mouth among the names that are known; `names`: the others."""
+
+    names: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class OpenedCharacter:
     """A character and how it was understood."""
@@ -44,7 +56,8 @@ def open_character(path: str | Path, mesh: str | None = None) -> OpenedCharacter
     Parameters
     ----------
     path : str or Path
-        A .glb, .gltf or .vrm with everything inside, or an .fbx.
+        A .glb, .gltf or .vrm with everything inside, or an .fbx. What `NAME.names.json` beside it
+        says of its shapes holds before their names.
     mesh : str, optional
         The name of a mesh of the head, where the file has several heads.
 
@@ -56,35 +69,38 @@ def open_character(path: str | Path, mesh: str | None = None) -> OpenedCharacter
     ------
     HeadError
         For a file that is missing, damaged or kept in parts, without morph targets of a face, or
-        with several heads of which none is named.
+        with several heads of which none is named; UnknownShapesError where no name is known.
     """
     path = Path(path)
-    return character_of(read_gltf(path, error=HeadError), path, mesh)
+    document = read_gltf(path, error=HeadError)
+    return character_of(document, path, mesh, read_given_names(path))
 
 
-def character_of(document: GltfDocument, path: Path, mesh: str | None = None) -> OpenedCharacter:
-    """The character of a file that was read; path: its name. Raises HeadError."""
+def character_of(
+    document: GltfDocument, path: Path, mesh: str | None, given: GivenNames
+) -> OpenedCharacter:
+    """The character of a file that was read; path: its name; given: what is said of its shapes.
+
+    Raises HeadError.
+    """
     tree, vrm = NodeTree(document), read_vrm(document)
     meshes = morph_meshes(document)
     if not meshes:
         raise HeadError.about(path, found="no morph targets", allowed="a face", remedy=REMEDY)
-    parts = _parts(meshes, vrm)
+    parts = _parts(meshes, vrm, given)
     if not parts:
-        names = ", ".join(name for each in meshes for name in each.targets if name)
-        told = names or next((each.note for each in meshes if each.note), "which have no names")
-        found = f"none known among its morph targets ({told[:200]})"
-        raise HeadError.about(path, found=found, allowed="shapes of a mouth", remedy=REMEDY)
+        raise _unknown_shapes(path, meshes, given)
     chosen = choose_head(str(path), document, tree, parts, mesh)
     joints = {
         joint: node
         for joint, node in head_joints(tree, _skeleton(document, chosen), chosen, vrm).items()
         if without_matrix(tree.nodes[node]) is not None
     }
-    mapping = map_character(chosen, tree, joints, vrm)
+    mapping = map_character(chosen, tree, joints, vrm, given)
     if mapping.mouth == "none":
         known = ", ".join(control.name for control in mapping.controls)
         found = f"no shape that moves a mouth ({known[:200]})"
-        raise HeadError.about(path, found=found, allowed="shapes of a mouth", remedy=REMEDY)
+        raise _unknown_shapes(path, meshes, given, found)
     moved = {bind[0] for control in mapping.controls for bind in control.binds}
     still = still_parts(document, tree, moved, mapping.turns) if mesh is None else []
     character = Character(
@@ -93,27 +109,61 @@ def character_of(document: GltfDocument, path: Path, mesh: str | None = None) ->
         tuple(dict.fromkeys(part.node for part in chosen if part.mesh.mesh in moved)),
         tuple(mapping.controls),
         tuple(mapping.turns),
-        facing_deg(tree, joints, vrm),
-        tuple(_notes(path.name[:200], mapping, still, meshes)),
+    )
+    stance = stance_of(character, tree, joints, vrm)
+    character = replace(
+        character,
+        facing_deg=stance.facing_deg,
+        tilt_deg=stance.tilt_deg,
+        notes=tuple(_notes(path, mapping, still, meshes, given, stance)),
     )
     heads = tuple({part.mesh.mesh: part.mesh for part in chosen}.values())
     return OpenedCharacter(character, mapping, heads, tuple(still))
 
 
-def _notes(name: str, mapping: Mapping, still: list[str], meshes: list[MorphMesh]) -> Iterator[str]:
+def _unknown_shapes(
+    path: Path, meshes: list[MorphMesh], given: GivenNames, found: str = ""
+) -> UnknownShapesError:
+    names = {name: None for each in meshes for name in each.targets if name}
+    reason = ", ".join(names) or next((m.note for m in meshes if m.note), "which have no names")
+    error = UnknownShapesError.about(
+        path,
+        found=found or f"none known among its morph targets ({reason[:200]})",
+        allowed="shapes of a mouth",
+        remedy=f"{REMEDY}, or say what they do in {names_path(path).name}",
+    )
+    unknown = zip(names, meanings_with(list(names), given), strict=True)
+    error.names = tuple(name for name, meaning in unknown if meaning is None)
+    return error
+
+
+def _notes(
+    path: Path,
+    mapping: Mapping,
+    still: list[str],
+    meshes: list[MorphMesh],
+    given: GivenNames,
+    stance: Stance,
+) -> Iterator[str]:
     """What to know before it speaks. A mouth that takes the curves as they are needs no more."""
+    name = path.name[:200]
+    if nowhere := [each for each in given if each not in mapping.given]:
+        yield f"{names_path(path).name}: no shapes of {name}: {_first_names(nowhere)}"
     yield from (f"{name}: {mesh.name} has {mesh.note}" for mesh in meshes if mesh.note)
     if mapping.twice:
-        told = _first_names(mapping.twice)
-        yield f"{name}: shapes of one name that move the same ({told}): the first of each is moved"
+        shown = _first_names(mapping.twice)
+        yield f"{name}: shapes of one name that move the same ({shown}): the first of each is moved"
     unknown = mapping.of_mouth
     if mapping.mouth == "fitted" and unknown:
         found = f"{len(unknown)} shapes look like a mouth's and are not known"
-        told = _first_names(unknown)
-        yield f"{name}: {found} ({told}): nothing moves them; `elocute info` lists all"
+        shown = _first_names(unknown)
+        yield f"{name}: {found} ({shown}): nothing moves them; `elocute info` lists all"
     if still:
-        told = _first_names(still)
-        yield f"{name}: {told} without shapes and joints that move: as they are throughout"
+        shown = _first_names(still)
+        yield f"{name}: {shown} without shapes and joints that move: as they are throughout"
+    if not stance.told:
+        found = "neither joints of eyes nor shapes tell which way its face looks"
+        yield f"{name}: {found}: taken to look along +Z; name its eyes' joints LeftEye and RightEye"
 
 
 def _first_names(names: list[str]) -> str:
@@ -138,12 +188,12 @@ def character_head(character: Character) -> HeadModel:
     )
 
 
-def _parts(meshes: list[MorphMesh], vrm: Vrm | None) -> list[HeadPart]:
+def _parts(meshes: list[MorphMesh], vrm: Vrm | None, given: GivenNames) -> list[HeadPart]:
     """The meshes that have shapes of a face, each where it hangs."""
     bound = {bind[0] for each in (vrm.expressions if vrm else ()) for bind in each.binds}
     parts = []
     for mesh in meshes:
-        looks = [each.looks for each in meanings_of(mesh.targets) if each is not None]
+        looks = [each.looks for each in meanings_with(mesh.targets, given) if each is not None]
         if any(looks) or mesh.mesh in bound:
             speaks = mesh.mesh in bound or any(is_of_mouth(name) for each in looks for name in each)
             parts += [HeadPart(node, mesh, speaks) for node in mesh.nodes]
@@ -163,26 +213,27 @@ def still_parts(
 
     moved: meshes whose shapes are moved; turns: the joints that are turned.
     """
-    moved, found = set(moved), []
+    moved, parts = set(moved), []
     by_kind: dict[str, set[int]] = {"eye": set(), "jaw": set()}
     for turn in turns:
         for joint in turn.joints if turn.controls else ():
             if joint[:3] in by_kind:
                 by_kind[joint[:3]].update(tree.below(turn.node))
-    for number, node in enumerate(tree.nodes):
+    for number in sorted({*tree.shown()}):
+        node = tree.nodes[number]
         if "mesh" not in node or node["mesh"] in moved:
             continue
         name, kind = _kind(document, tree, number)
         if kind and not _hangs_on(document, tree, number, by_kind[kind]):
-            found.append(name)
-    return list(dict.fromkeys(found))
+            parts.append(name)
+    return list(dict.fromkeys(parts))
 
 
 def _kind(document: GltfDocument, tree: NodeTree, number: int) -> tuple[str, str]:
     """What a mesh is called, and "eye", "jaw" or "" by that."""
     mesh = document.records("meshes")[tree.nodes[number]["mesh"]]
-    given = mesh.get("name")
-    names = [each for each in (tree.name(number), given) if isinstance(each, str) and each]
+    mesh_name = mesh.get("name")
+    names = [each for each in (tree.name(number), mesh_name) if isinstance(each, str) and each]
     for name in names:
         words = {word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)}
         if words.isdisjoint(_ABOVE) and not words.isdisjoint(_OF_JAW):

@@ -33,6 +33,8 @@ def character_record(opened: OpenedCharacter) -> dict[str, Any]:
             for turn in character.turns
         },
         "facing_deg": round(character.facing_deg, 1),
+        "tilt_deg": round(character.tilt_deg, 1),
+        "given": mapping.given,
         "idle": mapping.idle,
         "unknown": mapping.unknown,
         "still": list(opened.still),
@@ -57,6 +59,7 @@ def report_lines(record: dict[str, Any]) -> Iterable[str]:
             yield _line(title, f"{len(names)}: " + ", ".join(_taken(n, mapped[n]) for n in names))
     joints = [f"{name} ({joint})" for name, joint in record["joints"].items()]
     yield _line("joints", ", ".join(joints) or "none: the head does not turn")
+    yield from _listed("given", dict.fromkeys(record["given"], ""))
     yield from _listed("idle", {n: f" ({why})" for n, why in record["idle"].items()})
     meant = {n: f" (near {near})" if near else "" for n, near in record["unknown"].items()}
     yield from _listed("unknown", meant)
@@ -74,11 +77,11 @@ def _taken(name: str, takes: str) -> str:
 
 def _takes(control: Control) -> str:
     """What a control takes."""
-    told = " + ".join(
+    shares = " + ".join(
         name if share == 1 else f"{share:.2g} {name}"
         for name, share in (control.shares or control.looks).items()
     )
-    return told if control.shares else f"{FITTED}, as {told}"
+    return shares if control.shares else f"{FITTED}, as {shares}"
 
 
 def _listed(title: str, names: dict[str, str]) -> Iterable[str]:

@@ -22,6 +22,7 @@ from elocute.adoption.characters.shape_sets import (
     VRM,
     known_names,
 )
+from elocute.head.viseme_shapes import VISEME_SHAPES
 
 COMMON_SHARE, COMMON_MIN = 0.6, 5
 """So many of a mesh's names begin with a word that is no part of the shape's name."""
@@ -158,6 +159,8 @@ def _bare_visemes(names: Sequence[str], common: frozenset[str]) -> list[Meaning 
     """Visemes whose name is a letter or a few, as `E`, `PP` or `MBP`; None where they are few."""
     letters = [_letters(name, common) for name in names]
     table = RHUBARB if set("abcdef") <= set(letters) else BARE
+    if {"eh", "e", "uh"} & set(letters):  # of English charts: as in see; VRM's is that of bed
+        table = {**table, "ee": VISEME_SHAPES["ih"], "eee": VISEME_SHAPES["ih"]}
     known = {each for each in letters if each in table}
     if len(known) < 3 or not known & BARE_VOWELS:
         return [None] * len(names)
@@ -177,7 +180,7 @@ def _letters(name: str, common: frozenset[str]) -> str:
 
 _ASIDE = ({"mouthLeft": 1.0}, {"mouthRight": 1.0})
 _ABOUT_VISEMES = ("fcl", "mth", "v", "vrc", "lip", "lips", "mouth")
-_ABOUT_VISEMES += ("viseme", "visemes", "phoneme", "phonemes", "rhubarb")
+_ABOUT_VISEMES += ("viseme", "visemes", "phoneme", "phonemes", "rhubarb", "vowel")
 
 
 def _among_others(names: Sequence[str], found: list[Meaning | None]) -> list[Meaning | None]:

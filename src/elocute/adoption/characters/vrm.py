@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeGuard
 
 from elocute.files.json_records import finite_number
-from elocute.meshes.gltf_document import GltfDocument
+from elocute.meshes.gltf_document import GltfDocument, morph_targets
 
 VRM_BONES = {
     "neck": "neck",
@@ -65,7 +65,7 @@ def read_vrm(document: GltfDocument) -> Vrm | None:
 
 def _version_1(document: GltfDocument, vrm: dict[str, Any]) -> Vrm:
     nodes = document.records("nodes")
-    found = []
+    expressions = []
     for kind in ("preset", "custom"):
         for name, given in _record(_record(vrm.get("expressions")).get(kind)).items():
             expression, binds = _record(given), []
@@ -79,7 +79,7 @@ def _version_1(document: GltfDocument, vrm: dict[str, Any]) -> Vrm:
                 for what in OVERRIDDEN
                 if expression.get(f"override{what[0].upper()}{what[1:]}") in ("block", "blend")
             }
-            found.append((str(name)[:200], kind == "preset", binds, switch, overrides))
+            expressions.append((str(name)[:200], kind == "preset", binds, switch, overrides))
     bones = _record(_record(vrm.get("humanoid")).get("humanBones"))
     joints = {name: _record(bone).get("node") for name, bone in bones.items()}
     look = _record(vrm.get("lookAt"))
@@ -87,11 +87,11 @@ def _version_1(document: GltfDocument, vrm: dict[str, Any]) -> Vrm:
         way: _ratio(_record(look.get(new)), "outputScale", "inputMaxValue")
         for way, (new, _) in RANGES.items()
     }
-    return _vrm(document, 1, found, joints, look.get("type") == "bone", gaze)
+    return _vrm(document, 1, expressions, joints, look.get("type") == "bone", gaze)
 
 
 def _version_0(document: GltfDocument, vrm: dict[str, Any]) -> Vrm:
-    found = []
+    expressions = []
     for group in _records(_record(vrm.get("blendShapeMaster")).get("blendShapeGroups")):
         preset = group.get("presetName")
         known = isinstance(preset, str) and preset.lower() not in ("", "unknown")
@@ -100,14 +100,14 @@ def _version_0(document: GltfDocument, vrm: dict[str, Any]) -> Vrm:
             (bind.get("mesh"), bind.get("index"), bind.get("weight"), 0.01)  # in hundredths
             for bind in _records(group.get("binds"))
         ]
-        found.append((str(name)[:200], known, binds, group.get("isBinary") is True, {}))
+        expressions.append((str(name)[:200], known, binds, group.get("isBinary") is True, {}))
     bones = _records(_record(vrm.get("humanoid")).get("humanBones"))
     joints = {str(bone.get("bone")): bone.get("node") for bone in bones}
     look = _record(vrm.get("firstPerson"))
     gaze = {
         way: _ratio(_record(look.get(old)), "yRange", "xRange") for way, (_, old) in RANGES.items()
     }
-    return _vrm(document, 0, found, joints, look.get("lookAtTypeName") == "Bone", gaze)
+    return _vrm(document, 0, expressions, joints, look.get("lookAtTypeName") == "Bone", gaze)
 
 
 def _vrm(
@@ -120,13 +120,13 @@ def _vrm(
 ) -> Vrm:
     meshes, count = document.records("meshes"), len(document.records("nodes"))
     expressions = []
-    for name, preset, given, switch, overrides in found:
+    for name, preset, weights, switch, overrides in found:
         binds = []
-        for mesh, target, weight, scale in given:
+        for mesh, target, weight, scale in weights:
             share = finite_number(weight)
             if share is None or not _is_index(mesh, len(meshes)) or not 0 < share * scale <= 1:
                 continue
-            if _is_index(target, len(meshes[mesh]["primitives"][0].get("targets", []))):
+            if _is_index(target, len(morph_targets(meshes[mesh]))):
                 binds.append((mesh, target, share * scale))
         if binds:
             expressions.append(Expression(name, preset, tuple(binds), switch, overrides))
@@ -138,9 +138,9 @@ def _vrm(
     return Vrm(version, tuple(expressions), known, by_joints, gaze)
 
 
-def _ratio(given: dict[str, Any], output: str, input: str) -> float:
+def _ratio(angles: dict[str, Any], output: str, input: str) -> float:
     """Degrees out for a degree in; one where nothing sensible is said."""
-    top, bottom = finite_number(given.get(output)), finite_number(given.get(input))
+    top, bottom = finite_number(angles.get(output)), finite_number(angles.get(input))
     if top is None or bottom is None or bottom <= 0 or not 0 <= top / bottom <= 1:
         return 1.0
     return top / bottom

@@ -99,18 +99,18 @@ def learn_blendshapes(
     )
 
 
-def _count(found: PrincipalComponents, config: BlendshapeConfig) -> int:
+def _count(principal: PrincipalComponents, config: BlendshapeConfig) -> int:
     if config.count is not None:
-        return min(config.count, len(found.strengths))
-    enough = np.flatnonzero(found.explained >= (config.variance or 1.0) - 1e-9)
-    return int(enough[0]) + 1 if len(enough) else len(found.strengths)
+        return min(config.count, len(principal.strengths))
+    enough = np.flatnonzero(principal.explained >= (config.variance or 1.0) - 1e-9)
+    return int(enough[0]) + 1 if len(enough) else len(principal.strengths)
 
 
-def _explained(found: PrincipalComponents, shapes: Float32Array) -> NDArray[np.float64]:
+def _explained(principal: PrincipalComponents, shapes: Float32Array) -> NDArray[np.float64]:
     """(component,) share of the energy in the span of the first one, two, … shapes."""
     basis, _ = np.linalg.qr(shapes.T.astype(np.float64))
-    inside = (found.directions.astype(np.float64) * found.strengths[:, None]) @ basis
-    return np.cumsum(np.square(inside).sum(axis=0)) / max(found.energy, 1e-300)
+    inside = (principal.directions.astype(np.float64) * principal.strengths[:, None]) @ basis
+    return np.cumsum(np.square(inside).sum(axis=0)) / max(principal.energy, 1e-300)
 
 
 def _signed(shapes: Float32Array) -> Float32Array:

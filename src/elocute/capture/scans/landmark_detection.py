@@ -159,20 +159,20 @@ def _fused(places: Float64Array, trusts: Float64Array) -> Landmarks:
     return Landmarks(points, confidence)
 
 
-def _plausible(found: Landmarks) -> Landmarks:
+def _plausible(detected: Landmarks) -> Landmarks:
     """Less confidence in points away from the built-in face, aligned with the rest of them."""
-    known = np.flatnonzero(found.confidence > 0)
+    known = np.flatnonzero(detected.confidence > 0)
     if len(known) < PLAUSIBLE_LEAST:
-        return found
+        return detected
     head = load_builtin_head()
-    model, places = head.template[head.landmarks[known]].astype(float), found.points[known]
-    trust = found.confidence[known]
+    model, places = head.template[head.landmarks[known]].astype(float), detected.points[known]
+    trust = detected.confidence[known]
     for _ in range(PLAUSIBLE_STEPS):
         off = np.linalg.norm(similarity_between(model, places, trust)(model) - places, axis=1)
-        trust = found.confidence[known] * np.exp(-np.square(off / OFF_M))
-    confidence = found.confidence.copy()
+        trust = detected.confidence[known] * np.exp(-np.square(off / OFF_M))
+    confidence = detected.confidence.copy()
     confidence[known] = trust
-    return Landmarks(found.points, confidence)
+    return Landmarks(detected.points, confidence)
 
 
 @contextlib.contextmanager

@@ -2,8 +2,7 @@
 
 capture.json         {"format": "elocute-scans", "version": 1, "fps": 60, "unit": "mm", …}
 00000.ply, …         one frame each; the number is the last run of digits in the name
-00000.json           its 68 landmarks, where they are known (.ljson, .json or .pts), here or
-                     in landmarks/
+00000.json           its 68 landmarks, where they are known, here or in landmarks/
 sound.wav            as named by "sound"
 """
 

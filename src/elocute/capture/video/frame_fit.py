@@ -50,7 +50,7 @@ L1_COST = 1.5
 """Cost of a weight itself (lasso): small ones vanish."""
 SMOOTHNESS_COST = 2.0
 """Cost of a squared change between two frames at 25 Hz."""
-# Shapes hard to tell from others by the points of one picture cost more.
+# Shapes hard to tell from others by the points of one picture cost more, those that are seen less.
 RIDGE_FACTORS = {
     "mouthLowerDownLeft": 0.5,
     "mouthLowerDownRight": 0.5,
@@ -71,6 +71,8 @@ RIDGE_FACTORS = {
     "mouthDimpleRight": 3.0,
     "mouthFrownLeft": 2.0,
     "mouthFrownRight": 2.0,
+    "eyeBlinkLeft": 0.5,
+    "eyeBlinkRight": 0.5,
     "eyeSquintLeft": 12.0,
     "eyeSquintRight": 12.0,
     "eyeWideLeft": 3.0,

@@ -39,7 +39,8 @@ def align_command(
     find: bool = typer.Option(False, help="Find the target (a word) in the source (a sentence)."),
     band: float | None = typer.Option(
         None,
-        help="How far from the diagonal the path may go: frames (1 or more) or a share (below 1).",
+        help="Largest distance of the path from the diagonal: frames (1 or more) or a share "
+        "(below 1).",
     ),
     seed: int = options.LearningSeed,
     plot: Path | None = typer.Option(
@@ -115,26 +116,26 @@ def _view(path: Path, sound: Waveform, encoder: str) -> NDArray[np.floating]:
         raise InputError(f"{path}: {error}") from error
 
 
-def _plot(sounds: list[Waveform], found: Alignment, path: Path, title: str) -> None:
+def _plot(sounds: list[Waveform], alignment: Alignment, path: Path, title: str) -> None:
     """The path over attention and posterior or, where there is neither, over the costs."""
     from elocute.alignment.dtw import squared_distances
     from elocute.plots.alignment import plot_alignment
 
-    named = {"attention": found.attention, "posterior of soft-DTW": found.posterior}
+    named = {"attention": alignment.attention, "posterior of soft-DTW": alignment.posterior}
     matrices = {name: matrix for name, matrix in named.items() if matrix is not None}
     if not matrices:
-        matrices = {"minus the distance of features": -squared_distances(*found.features)}
-    plot_alignment(sounds, matrices, found.path, path, title)
+        matrices = {"minus the distance of features": -squared_distances(*alignment.features)}
+    plot_alignment(sounds, matrices, alignment.path, path, title)
 
 
-def _show(found: Alignment, source: str, find: bool) -> None:
+def _show(alignment: Alignment, source: str, find: bool) -> None:
     from elocute.encoders.protocol import FEATURE_RATE
 
-    print(f"score   {found.score:.3f} (mean correlation along the path, 0 to 1)")
-    print(f"steps   {len(found.path)} at {FEATURE_RATE:g} Hz")
+    print(f"score   {alignment.score:.3f} (mean correlation along the path, 0 to 1)")
+    print(f"steps   {len(alignment.path)} at {FEATURE_RATE:g} Hz")
     if find:
-        start, end = found.path[0, 0] / FEATURE_RATE, (found.path[-1, 0] + 1) / FEATURE_RATE
+        start, end = alignment.path[0, 0] / FEATURE_RATE, (alignment.path[-1, 0] + 1) / FEATURE_RATE
         print(f"found   {start:.2f} to {end:.2f} s of {source}")
     else:
-        shift = (found.path[:, 0] - found.path[:, 1]) / FEATURE_RATE
+        shift = (alignment.path[:, 0] - alignment.path[:, 1]) / FEATURE_RATE
         print(f"shift   {shift.min():+.2f} to {shift.max():+.2f} s of {source}")

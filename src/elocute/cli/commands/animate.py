@@ -4,25 +4,26 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from elocute.cli import known_speech_options, options
+from elocute.cli import one_file, options
 from elocute.cli.flags import in_flags
 from elocute.cli.format_options import (
     FormatSettings,
     check_format_settings,
     options_of_formats,
 )
-from elocute.cli.known_speech_options import KnownSpeechOptions
+from elocute.cli.known_speech_options import KnownSpeechOptions, options_of_known_speech
+from elocute.cli.one_file import check_names, leave_out_made, named_take, with_into
 from elocute.cli.outputs import nothing_to_do, plan_motion
 from elocute.cli.pipes import PIPE, STDIN, check_pipes, piped_sound, stdin_source
 from elocute.cli.progress import counted
-from elocute.cli.spoken_takes import FolderRun, TableRun
+from elocute.cli.spoken_takes import FolderRun, TableRun, check_one_worker
 from elocute.cli.table_runs import chosen_pool, one_folder, recorded_lines, run_lines
 from elocute.cli.takes import (
     TakeChoices,
@@ -35,28 +36,12 @@ from elocute.cli.takes import (
     options_of_takes,
 )
 from elocute.errors import ElocuteError, InputError, OutputError
+from elocute.files.media import SOUND_SUFFIXES
 from elocute.files.output_plan import OutputPlan
 from elocute.speech.voices.settings import VoiceSettings
 
 if TYPE_CHECKING:
     from elocute.cli.line_table import Line, UnusableLine
-
-SOUND_SUFFIXES = (
-    ".wav",
-    ".flac",
-    ".mp3",
-    ".ogg",
-    ".oga",
-    ".opus",
-    ".m4a",
-    ".aac",
-    ".mp4",
-    ".mov",
-    ".mkv",
-    ".webm",
-    ".aif",
-    ".aiff",
-)
 
 
 def animate_command(
@@ -68,7 +53,8 @@ def animate_command(
         help="CSV of recordings instead, a take for each: id, audio, and any of text, language and "
         "the settings of a take (style, mood, look, edits, …).",
     ),
-    output: list[Path] = options.Output,
+    output: list[Path] = options.OutputUnlessInto,
+    into: Path | None = one_file.Into,
     format: list[str] = typer.Option(
         [],
         "--format",
@@ -80,15 +66,7 @@ def animate_command(
     track: int | None = options.Track,
     listen: bool = options.Listen,
     partial: bool = options.Partial,
-    phones: Path | None = known_speech_options.Phones,
-    phone_set: str = known_speech_options.PhoneSet,
-    tier: str = known_speech_options.Tier,
-    speaker: str = known_speech_options.Speaker,
-    text: str | None = known_speech_options.Text,
-    text_file: Path | None = known_speech_options.TextFile,
-    transcribe: bool = known_speech_options.Transcribe,
-    recogniser: str | None = known_speech_options.Recogniser,
-    language: str = known_speech_options.Language,
+    known: KnownSpeechOptions = options_of_known_speech(),
     format_settings: FormatSettings = options_of_formats(),
     recursive: bool = typer.Option(
         False, "-r", "--recursive", help="Include subfolders, and mirror them in the output."
@@ -109,28 +87,29 @@ def animate_command(
     speech = speech or []
     check_pipes(speech, output, format, as_json)
     check_edits(settings)
-    known = KnownSpeechOptions(
-        phones, phone_set, text, text_file, language, tier, speaker, transcribe, recogniser
-    )
-    formats = tuple(dict.fromkeys(format or ["npz"]))
+    format_settings = with_into(format_settings, into, output, settings["head"], "animate")
+    formats = tuple(dict.fromkeys(format or ([] if into and not output else ["npz"])))
     if table is not None:
         _check_table_alone(speech, known)
         pool = chosen_pool(jobs, ray)
-        lines = recorded_lines(table, VoiceSettings(language=language))
+        lines = recorded_lines(table, VoiceSettings(language=known.language))
         run = TableRun(
-            one_folder(output),
+            one_folder(output if into is None else output or [into.parent]),
             table,
             formats,
             {**settings, **taken, **known.recognised},
             format_settings,
             overwrite,
             no_clobber,
+            into,
         )
+        check_one_worker(run, lines, pool)
         run_lines(lines, run, pool, label=f"animating {table.name}", as_json=as_json)
         return
     takes, single = _takes(speech, recursive)
     known.check(single)
-    if not single and (jobs != 1 or ray is not None):
+    check_names(format_settings, len(takes) if not single else 1)
+    if not single and into is None and (jobs != 1 or ray is not None):
         pool = chosen_pool(jobs, ray)
         folder = one_folder(output)
         run = FolderRun(
@@ -143,19 +122,22 @@ def animate_command(
             no_clobber,
         )
         label = f"animating {len(takes)} recordings"
-        run_lines(_lines(takes, language), run, pool, label=label, as_json=as_json)
+        run_lines(_lines(takes, known.language), run, pool, label=label, as_json=as_json)
         return
     if ray is not None or jobs != 1:
         raise InputError.about(
             "--ray" if ray is not None else "--jobs",
-            found="one recording",
-            allowed="with several recordings, a folder or --table",
+            found="one recording" if into is None else "--into",
+            allowed="with several recordings, a folder or --table, each into a file of its own",
         )
     plan = OutputPlan([*named_inputs(settings), *known.files])
-    work = [(take.file, _outputs(take, output, format, single, plan)) for take in takes]
+    added = [] if into is None else [into]
+    work = [(take.file, [*_outputs(take, output, format, single, plan), *added]) for take in takes]
     named = [named_target(t, format) for _, targets in work for t in targets]
     check_format_settings(named, format_settings)
     check_character_formats(settings, dict.fromkeys(named), format_settings)
+    if into is not None:
+        leave_out_made(work, into, lambda file: named_take(format_settings, _name(file)), single)
     for file, targets in work:
         source = stdin_source() if file == PIPE else file
         for target in targets:
@@ -223,6 +205,8 @@ def _animate_one(
     """Animate a recording and write its outputs; a record of both."""
     from elocute.animation import animate
 
+    formats = named_take(outputs.format_settings, _name(file))
+    outputs = replace(outputs, format_settings=formats)
     wanted = outputs.plan.wanted(targets)
     kept = [str(target) for target in targets if target not in wanted]
     record: dict[str, Any] = {"input": str(file), "outputs": [str(target) for target in wanted]}
@@ -236,6 +220,11 @@ def _animate_one(
     return record | make_outputs(make, wanted, outputs, label=label, about=f"{file}: ")
 
 
+def _name(file: Path) -> str:
+    """What the take of a recording is called."""
+    return "stdin" if file == PIPE else file.stem
+
+
 @dataclass(frozen=True)
 class _Take:
     """A recording, and the folder it lies in below the one that was given."""
@@ -244,14 +233,14 @@ class _Take:
     below: Path = Path()
 
 
-def _takes(given: list[Path], recursive: bool) -> tuple[list[_Take], bool]:
+def _takes(paths: list[Path], recursive: bool) -> tuple[list[_Take], bool]:
     """The recordings that the arguments name, and whether they are just one file."""
-    if not given:
+    if not paths:
         raise InputError.about(
             "animate", found="no recording", allowed="sound files, folders of them, or --table"
         )
     takes: list[_Take] = []
-    for path in given:
+    for path in paths:
         if not path.is_dir():
             takes.append(_Take(path))
             continue
@@ -271,7 +260,7 @@ def _takes(given: list[Path], recursive: bool) -> tuple[list[_Take], bool]:
             left_out = f"{len(skipped)} {folders} with sound left out"
             print(f"elocute: {path}: {left_out}; {remedy}", file=sys.stderr)
         takes += [_Take(p, p.parent.relative_to(path)) for p in files]
-    return takes, len(given) == 1 and not given[0].is_dir()
+    return takes, len(paths) == 1 and not paths[0].is_dir()
 
 
 def _folders_with_sound(folder: Path) -> list[Path]:
@@ -293,8 +282,9 @@ def _outputs(
         elif _is_folder(output, formats, single):
             folder = output / take.below
             plan.make_folder(folder)
-            name = "stdin" if take.file == PIPE else take.file.stem
-            targets += [folder / f"{name}.{kind.lstrip('.')}" for kind in formats or ["npz"]]
+            targets += [
+                folder / f"{_name(take.file)}.{kind.lstrip('.')}" for kind in formats or ["npz"]
+            ]
         elif single and formats and PIPE not in outputs:
             raise OutputError.about(
                 output,

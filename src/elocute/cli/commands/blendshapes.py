@@ -76,9 +76,7 @@ def learn_command(
 def show_command(
     basis: Path = typer.Argument(..., help="Basis that `blendshapes learn` wrote (.npz)."),
     output: Path = typer.Option(..., "-o", "--output", help="Contact sheet to write (.png)."),
-    view: str = typer.Option(
-        "mouth", help="Where the camera stands: mouth, front, three-quarter or side."
-    ),
+    view: str = typer.Option("mouth", help="Camera position: mouth, front, three-quarter or side."),
     size: str = format_options.Size,
     backend: str = format_options.Backend,
     overwrite: bool = options.Overwrite,
@@ -186,12 +184,12 @@ def _other(against: str) -> tuple[str, NDArray[np.float32]]:
     return Path(against).stem, motion.head.expression_basis
 
 
-def _plot(found: list[ReconstructionErrors], fps: float, path: Path) -> None:
+def _plot(bases: list[ReconstructionErrors], fps: float, path: Path) -> None:
     import numpy as np
 
     from elocute.motion.curves import Curves
     from elocute.plots.curves import plot_overlay
 
-    values = np.stack([p.errors_mm for p in found], axis=1).astype(np.float32)
-    curves = Curves(values, tuple(p.name for p in found), fps)
+    values = np.stack([p.errors_mm for p in bases], axis=1).astype(np.float32)
+    curves = Curves(values, tuple(p.name for p in bases), fps)
     plot_overlay(curves, path, title="projection error over frames", unit="mm", shade=False)

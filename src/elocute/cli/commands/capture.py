@@ -40,17 +40,14 @@ def scan_command(
     output: Path = typer.Option(
         ..., "-o", "--output", help="Registered mesh to write (.ply or .obj)."
     ),
-    landmarks: Path | None = typer.Option(
-        None,
-        help="The scan's 68 landmarks (.json, .ljson or .pts), in its unit. Without them they are "
-        "detected, if the extra `video` is installed; otherwise only the surface is used.",
-    ),
+    landmarks: Path | None = options.Landmarks,
     template: Path | None = typer.Option(
         None,
         help="The person's neutral face in the topology of --head, as --zero-pose writes it.",
     ),
     method: str = typer.Option(
-        "model", help="model (fit the head model, then deform it freely) or nicp (non-rigid ICP)."
+        "model",
+        help="Method: model (fit the head model, then deform it freely) or nicp (non-rigid ICP).",
     ),
     head: str = HeadChoice,
     unit: str = typer.Option("m", help="Unit of the scan: m, mm, cm, dm or inch."),
@@ -118,26 +115,26 @@ def _mesh_bytes(head: HeadModel, suffix: str, points: Any) -> bytes:
     return MESH_FORMATS[suffix](bare).mesh(points.astype("float32"))
 
 
-def _report(file: Path, output: Path, found: Registration, as_json: bool) -> None:
-    apart = None if found.landmark_mm is None else round(found.landmark_mm, 4)
-    record = {"scan": str(file), "output": str(output), "surface_mm": found.surface.record()}
-    record |= {"landmark_mm": apart, "seconds": round(found.seconds, 3)}
-    record |= {"lost": found.lost, "notes": list(found.notes)}
+def _report(file: Path, output: Path, registration: Registration, as_json: bool) -> None:
+    apart = None if registration.landmark_mm is None else round(registration.landmark_mm, 4)
+    record = {"scan": str(file), "output": str(output), "surface_mm": registration.surface.record()}
+    record |= {"landmark_mm": apart, "seconds": round(registration.seconds, 3)}
+    record |= {"lost": registration.lost, "notes": list(registration.notes)}
     if as_json:
         print(json.dumps(record))
     else:
         print(output)
-        error = found.surface
+        error = registration.surface
         print(
             f"surface {error.median:.3f} mm median, {error.mean:.3f} mean, {error.p95:.3f} at the "
-            f"95th percentile; {found.seconds:.1f} s"
+            f"95th percentile; {registration.seconds:.1f} s"
         )
         if apart is not None:
             print(f"landmarks {apart:.2f} mm")
-        for note in found.notes:
+        for note in registration.notes:
             print(f"note: {note}")
-    if found.lost:
-        typer.echo(f"elocute: {file}: {found.lost}", err=True)
+    if registration.lost:
+        typer.echo(f"elocute: {file}: {registration.lost}", err=True)
         raise typer.Exit(1)
 
 

@@ -32,7 +32,7 @@ def video_command(
     ),
     output: list[Path] = options.Output,
     face: str | None = typer.Option(
-        None, help="Which face, where there are several: left, right, or its number from the left."
+        None, help="Face to follow of several: left, right, or its number from the left."
     ),
     fps: float | None = typer.Option(
         None,
@@ -45,7 +45,7 @@ def video_command(
     ),
     zero_pose: bool = typer.Option(False, help="Leave out all turns of head, jaw and eyes."),
     subject: str = typer.Option("me", help="Name of the person in a corpus."),
-    text: str = typer.Option("", help="What is said, for a corpus of one clip."),
+    text: str = typer.Option("", help="Text that is said, for a corpus of one clip."),
     format_settings: FormatSettings = options_of_formats(),
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,

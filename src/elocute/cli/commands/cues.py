@@ -7,8 +7,8 @@ from pathlib import Path
 
 import typer
 
-from elocute.cli import known_speech_options, options
-from elocute.cli.known_speech_options import KnownSpeechOptions
+from elocute.cli import options
+from elocute.cli.known_speech_options import KnownSpeechOptions, options_of_known_speech
 from elocute.cli.outputs import check_file_suffix, nothing_to_do
 from elocute.errors import InputError
 from elocute.files.output_plan import OutputPlan
@@ -32,15 +32,7 @@ def cues_command(
     fps: float = typer.Option(
         24.0, help="Frames per second of a .dat.", parser=frame_rate, metavar="RATE"
     ),
-    phones: Path | None = known_speech_options.Phones,
-    phone_set: str = known_speech_options.PhoneSet,
-    tier: str = known_speech_options.Tier,
-    speaker: str = known_speech_options.Speaker,
-    text: str | None = known_speech_options.Text,
-    text_file: Path | None = known_speech_options.TextFile,
-    transcribe: bool = known_speech_options.Transcribe,
-    recogniser: str | None = known_speech_options.Recogniser,
-    language: str = known_speech_options.Language,
+    known: KnownSpeechOptions = options_of_known_speech(),
     channel: int | None = options.Channel,
     track: int | None = options.Track,
     partial: bool = options.Partial,
@@ -54,9 +46,6 @@ def cues_command(
 
     if not FPS[0] <= fps <= FPS[1]:
         raise InputError.about("--fps", found=f"{fps:g}", allowed=f"{FPS[0]:g} to {FPS[1]:g}")
-    known = KnownSpeechOptions(
-        phones, phone_set, text, text_file, language, tier, speaker, transcribe, recogniser
-    )
     known.check(single=True)
     plan = OutputPlan(known.files)
     for path in output:

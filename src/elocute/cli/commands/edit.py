@@ -71,7 +71,7 @@ def edit_command(
     ),
     look: str | None = typer.Option(
         None,
-        help="What pictures and pages dress the head in: none, a name, a seed, or auto with parts "
+        help="Look of the head in pictures and pages: none, a name, a seed, or auto with parts "
         "changed (auto,hair=long). A new --identity brings its own.",
     ),
     start: float | None = typer.Option(
@@ -165,11 +165,11 @@ def _listed(file: Path) -> EditList:
     return read_edits(file)
 
 
-def _poses(given: dict[str, str | None]) -> list[Edit]:
+def _poses(poses: dict[str, str | None]) -> list[Edit]:
     from elocute.motion.edits import with_pose
 
     edits: list[Edit] = []
-    for joint, text in given.items():
+    for joint, text in poses.items():
         if text is not None:
             option = "--head-pose" if joint == "head" else f"--{joint}"
             keys = parse_numbers(option, text, 3)

@@ -10,7 +10,7 @@ import typer
 
 from elocute.cli import options
 from elocute.cli.progress import progress_bar
-from elocute.errors import InputError
+from elocute.errors import InputError, needs_extra
 
 if TYPE_CHECKING:
     from elocute.evaluation.benchmark import BenchmarkScore, SequenceScore
@@ -25,6 +25,7 @@ COLUMNS = (
     ("fdd_absolute", "|FDD²| (code)"),
     ("fdd_paper", "FDD (paper)"),
 )
+TIMING = ("mtm", "MTM, frames")
 
 
 def benchmark_command(
@@ -58,6 +59,9 @@ def benchmark_command(
         max=100,
         help="Compare every Nth frame of the truth; 0 derives N from the lengths.",
     ),
+    timing: bool = typer.Option(
+        False, help="Count MTM too, mean temporal misalignment, on FLAME's mesh."
+    ),
     partial: bool = typer.Option(False, help="Score the test clips that are there."),
     seed: int = typer.Option(0, min=0, help="Seed of the confidence intervals."),
     table: list[Path] | None = options.Table,
@@ -70,7 +74,7 @@ def benchmark_command(
     The figures are in the data's own unit, as the published code prints them: metres for vocaset.
     LVE² is the squared distance of the worst lip vertex in each frame, LVE the distance; FDD² is
     counted from squared distances, as CodeTalker's code does, and FDD from distances, as its paper
-    writes.
+    writes. MTM is how many frames openings and closures are from the true ones.
 
     With `own` every clip of the truth is compared (of a corpus with a test part, that part), on any
     mesh; where it is not FLAME's or BIWI's, --lips and --upper-face are needed.
@@ -99,6 +103,8 @@ def benchmark_command(
         for folder in predictions
     ]
     steps = [every or frames_apart(recorded, files) for files in matches]
+    middles = _middles(recorded) if timing else None
+    columns = (*COLUMNS, TIMING) if timing else COLUMNS
     rows: list[BenchmarkScore] = []
     notes: list[str] = []
     with progress_bar("measuring", as_json) as progress:
@@ -110,10 +116,11 @@ def benchmark_command(
                 upper,
                 step,
                 lambda share, place=place: progress((place + share) / len(names)),
+                middles,
             )
             rows += benchmark_scores(name, scores, regions, seed)
             notes.append(_note(name, scores, len(recorded.clips), step))
-    write_tables(plan, files, *_table(rows))
+    write_tables(plan, files, *_table(rows, columns))
     if as_json:
         record = {
             "benchmark": benchmark.name,
@@ -125,7 +132,22 @@ def benchmark_command(
         }
         print(json.dumps(record, allow_nan=False))
         return
-    _show(rows, notes, upper, benchmark)
+    _show(rows, columns, notes, upper, benchmark)
+
+
+def _middles(truth: Truth) -> tuple[int, int]:
+    """Between which vertices MTM is counted. Raises InputError, and MachineError without Numba."""
+    with needs_extra("MTM", "wild"):
+        import numba  # noqa: F401 - what aligns both courses needs it
+    topology = truth.benchmark.topology
+    if topology.lip_middles is None:
+        raise InputError.about(
+            f"{truth.source}, {topology.title}",
+            found="no published middles of both lips",
+            allowed="FLAME's mesh",
+            remedy="leave `timing` out",
+        )
+    return topology.lip_middles
 
 
 def _method_names(folders: list[Path]) -> list[str]:
@@ -180,7 +202,9 @@ def _note(method: str, scores: list[SequenceScore], clips: int, step: int) -> st
     return note
 
 
-def _table(rows: list[BenchmarkScore]) -> tuple[list[str], list[list[Any]]]:
+def _table(
+    rows: list[BenchmarkScore], measures: tuple[tuple[str, str], ...]
+) -> tuple[list[str], list[list[Any]]]:
     columns = ["method", "lips", "lip vertices", "hash", "sequences", "frames"]
     cells = [
         [
@@ -190,19 +214,24 @@ def _table(rows: list[BenchmarkScore]) -> tuple[list[str], list[list[Any]]]:
             row.lips.digest,
             row.sequences,
             row.frames,
-            *(row.intervals[name] for name, _ in COLUMNS),
+            *(row.intervals.get(name) for name, _ in measures),
         ]
         for row in rows
     ]
-    return [*columns, *(title for _, title in COLUMNS)], cells
+    return [*columns, *(title for _, title in measures)], cells
 
 
 def _show(
-    rows: list[BenchmarkScore], notes: list[str], upper: VertexRegion, benchmark: Benchmark
+    rows: list[BenchmarkScore],
+    measures: tuple[tuple[str, str], ...],
+    notes: list[str],
+    upper: VertexRegion,
+    benchmark: Benchmark,
 ) -> None:
-    print(f"{'method':16} {'lips':30} {'hash':12}", *(f"{title:>14}" for _, title in COLUMNS))
+    print(f"{'method':16} {'lips':30} {'hash':12}", *(f"{title:>14}" for _, title in measures))
     for row in rows:
-        cells = (f"{row.intervals[name].value:>14.4e}" for name, _ in COLUMNS)
+        found = (row.intervals.get(name) for name, _ in measures)
+        cells = (f"{'none':>14}" if each is None else f"{each.value:>14.4e}" for each in found)
         print(f"{row.method:16} {row.lips.name:30} {row.lips.digest}", *cells)
     for line in notes:
         print(line)

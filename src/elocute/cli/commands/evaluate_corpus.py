@@ -20,18 +20,6 @@ if TYPE_CHECKING:
     from elocute.evaluation.vertex_regions import VertexRegion
 
 PARTS = ("test", "validation", "train")
-COLUMNS = (
-    ("lve_mm", "LVE mm"),
-    ("lve_mm2", "LVE mm²"),
-    ("mve_mm", "MVE mm"),
-    ("fdd_mm", "FDD mm (paper)"),
-    ("fdd_code_mm2", "FDD mm² (code)"),
-    ("velocity_mm", "velocity mm/frame"),
-    ("jerk", "jerk mm/s³"),
-    ("true_jerk", "true jerk"),
-    ("closure_recall", "closure recall"),
-    ("closure_precision", "closure precision"),
-)
 
 
 def corpus_command(
@@ -63,7 +51,9 @@ def corpus_command(
 
     LVE is the largest error of a lip vertex in each frame, as a distance (mm) and squared (mm²).
     FDD is given twice: as CodeTalker's paper defines it (from distances, mm), and as the code
-    behind the published figures computes it (from squared distances, mm²).
+    behind the published figures computes it (from squared distances, mm²). SLCC is the correlation
+    of how much lips move with how loud the speech is, over clips. The last two are shares of the
+    silence in which predicted and true lips move.
     """
     from elocute.articulation.settings import mixes_outputs
     from elocute.cli.tables import check_tables, write_tables
@@ -144,30 +134,32 @@ def measure_of(corpus: Corpus, lips: Path | None, upper_face: Path | None) -> Me
     return MetricConfig(chosen(lips, "lips"), chosen(upper_face, "upper_face"), mouth=ours)
 
 
-def _table(found: dict[str, list[SubjectScore]]) -> tuple[list[str], list[list[Any]]]:
+def _table(scores: dict[str, list[SubjectScore]]) -> tuple[list[str], list[list[Any]]]:
     """Columns and rows of the table, with the measures that any row has."""
-    there = _present(found)
+    there = _present(scores)
     columns = ["subject", "style", "contacts", "clips", *(title for _, title in there)]
     cells = [
         [row.subject, row.style, each, row.clips, *(row.intervals[name] for name, _ in there)]
-        for each, rows in found.items()
+        for each, rows in scores.items()
         for row in rows
     ]
     return columns, cells
 
 
-def _present(found: dict[str, list[SubjectScore]]) -> list[tuple[str, str]]:
+def _present(scores: dict[str, list[SubjectScore]]) -> list[tuple[str, str]]:
     """Name and title of the measures that any row has."""
-    rows = [row for each in found.values() for row in each]
-    return [c for c in COLUMNS if any(row.intervals[c[0]].record() for row in rows)]
+    from elocute.evaluation.metrics import TITLES
+
+    rows = [row for each in scores.values() for row in each]
+    return [c for c in TITLES.items() if any(row.intervals[c[0]].record() for row in rows)]
 
 
-def _show(found: dict[str, list[SubjectScore]], measure: MetricConfig) -> None:
+def _show(scores: dict[str, list[SubjectScore]], measure: MetricConfig) -> None:
     """One line per row; what no row has is left out and named below."""
-    there = _present(found)
+    there = _present(scores)
     titles = (f"{title:>22}" for _, title in there)
     print(f"{'subject':12} {'style':12} {'contacts':8} {'clips':>5}", *titles)
-    for each, rows in found.items():
+    for each, rows in scores.items():
         for row in rows:
             cells = (f"{cell(row.intervals[name]):>22}" for name, _ in there)
             print(f"{row.subject:12} {row.style:12} {each:8} {row.clips:5}", *cells)

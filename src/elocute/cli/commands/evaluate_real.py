@@ -96,13 +96,15 @@ def _finite(values: dict[str, object]) -> dict[str, object]:
     return {name: None if value != value else value for name, value in values.items()}
 
 
-def _table(found: dict[str, TrackedMouthReport], model: str) -> tuple[list[str], list[list[Cell]]]:
+def _table(
+    reports: dict[str, TrackedMouthReport], model: str
+) -> tuple[list[str], list[list[Cell]]]:
     from elocute.evaluation.tracked_mouth_scores import GroupScore
 
     names = [field.name for field in fields(GroupScore)]
     rows = [
         [model, contacts, *(getattr(group, name) for name in names)]
-        for contacts, report in found.items()
+        for contacts, report in reports.items()
         for group in report.groups
     ]
     return ["model", "contacts", *names], rows
@@ -127,11 +129,11 @@ def _show_groups(report: TrackedMouthReport, title: str) -> None:
         )
 
 
-def _show_summaries(found: dict[str, TrackedMouthReport]) -> None:
+def _show_summaries(reports: dict[str, TrackedMouthReport]) -> None:
     """A line for each measure, a column for each of --contacts."""
-    if len(found) > 1:
-        print(f"{'contacts':{WIDE}}", *(f"{each:>8}" for each in found))
-    columns = [asdict(report.summary) for report in found.values()]
+    if len(reports) > 1:
+        print(f"{'contacts':{WIDE}}", *(f"{each:>8}" for each in reports))
+    columns = [asdict(report.summary) for report in reports.values()]
     for name in columns[0]:
         values = [column[name] for column in columns]
         if name == "group" or all(value is None or value != value for value in values):

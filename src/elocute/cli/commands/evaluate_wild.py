@@ -60,7 +60,8 @@ def wild_command(
     """Train and measure: new speakers, new words, sentences, losses, noise, bases, a real talker.
 
     ρc is the concordance over all frames of the clips together, with 95 % confidence from drawing
-    clips again. The paper's test set is a captured participant (rows `participant`). report.json is
+    clips again. The paper's test set is what its participant said herself, whose motion was carried
+    over (rows `source`, with --no-captured); rows `participant` are of another. report.json is
     written last.
     """
     from elocute.articulation.settings import lays_contacts

@@ -78,12 +78,7 @@ def adopt_command(
         help="The mesh speaks on its own vertices, with its materials: its lips have to be apart "
         "in the mesh. Otherwise the built-in head is laid over it.",
     ),
-    landmarks: Path | None = typer.Option(
-        None,
-        help="The 68 landmarks of a scan or mesh (.json, .ljson or .pts), in its unit. Without "
-        "them they are detected, if the extra `video` is installed; else a scan's surface alone "
-        "tells.",
-    ),
+    landmarks: Path | None = options.Landmarks,
     unit: str | None = typer.Option(
         None, help="Unit of a mesh: m, mm, cm, dm or inch; by default the one that fits a head."
     ),

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import typer
 
-from elocute.cli import known_speech_options, options
-from elocute.cli.known_speech_options import KnownSpeechOptions
+from elocute.cli import options
+from elocute.cli.known_speech_options import KnownSpeechOptions, options_of_known_speech
 from elocute.cli.outputs import check_file_suffix, nothing_to_do
 from elocute.files.output_plan import OutputPlan
 
@@ -21,15 +21,7 @@ def phones_command(
         "--output",
         help="File to write: .TextGrid, .ctm, .csv or .json. Can be repeated.",
     ),
-    phones: Path | None = known_speech_options.Phones,
-    phone_set: str = known_speech_options.PhoneSet,
-    tier: str = known_speech_options.Tier,
-    speaker: str = known_speech_options.Speaker,
-    text: str | None = known_speech_options.Text,
-    text_file: Path | None = known_speech_options.TextFile,
-    transcribe: bool = known_speech_options.Transcribe,
-    recogniser: str | None = known_speech_options.Recogniser,
-    language: str = known_speech_options.Language,
+    known: KnownSpeechOptions = options_of_known_speech(),
     channel: int | None = options.Channel,
     track: int | None = options.Track,
     partial: bool = options.Partial,
@@ -40,9 +32,6 @@ def phones_command(
     """Find when each phone is said, and each word where a text is given or recognised."""
     from elocute.speech.times.write import WRITERS, write_speech_times
 
-    known = KnownSpeechOptions(
-        phones, phone_set, text, text_file, language, tier, speaker, transcribe, recogniser
-    )
     known.check(single=True)
     plan = OutputPlan(known.files)
     for path in output:

@@ -39,6 +39,12 @@ def propagate_command(
     split: str = typer.Option(
         "default", help="Name of the split of the corpus; its training part is carried over."
     ),
+    sources: list[str] = typer.Option(
+        [],
+        "--source",
+        help="A captured subject whose motion alone is carried over, as in the paper; may be given "
+        "again: each then has its shards in OUTPUT/SUBJECT.",
+    ),
     config: PropagateConfig = options_of(PropagateConfig),
     jobs: int = typer.Option(1, help="Number of processes; 0 takes all processors."),
     ray: str | None = typer.Option(
@@ -70,6 +76,7 @@ def propagate_command(
             basis=basis,
             root=root,
             split=split,
+            sources=sources,
             jobs=jobs,
             ray=ray,
             resume=resume,

@@ -9,6 +9,7 @@ COMMANDS = (
     "animate",
     "say",
     "live",
+    "a2f",
     "phones",
     "cues",
     "render",
@@ -29,6 +30,7 @@ COMMANDS = (
     "propagate",
     "words",
     "study",
+    "studio",
 )
 """In the order of the help. Each is a module beside this one, which holds either a group of
 commands, `app`, or a function called as it is, such as `animate_command`."""

@@ -7,19 +7,24 @@ from pathlib import Path
 
 import typer
 
-from elocute.cli import motion_inputs, options
+from elocute.cli import motion_inputs, one_file, options
 from elocute.cli.format_options import FormatSettings, check_format_settings, options_of_formats
 from elocute.cli.outputs import (
     nothing_to_do,
     plan_motion,
     write_motions,
 )
+from elocute.cli.projects import check_project_alone, render_project
 from elocute.files.output_plan import OutputPlan
+from elocute.studio.project_names import is_project
 
 
 def render_command(
-    motion: Path = typer.Argument(..., help=motion_inputs.HELP),
-    output: list[Path] = options.Output,
+    motion: Path = typer.Argument(
+        ..., help=f"{motion_inputs.HELP} Or a project of `elocute studio` (NAME.elocute.json)."
+    ),
+    output: list[Path] = options.OutputUnlessInto,
+    into: Path | None = one_file.Into,
     audio: Path | None = typer.Option(None, help="Sound that belongs to the motion."),
     fps: float | None = options.Resampled,
     head: str | None = motion_inputs.PlayedOn,
@@ -31,11 +36,26 @@ def render_command(
     no_clobber: bool = options.NoClobber,
     as_json: bool = options.Json,
 ) -> None:
-    """Convert a motion to video, glTF, HTML, meshes, curves or pictures, on any head."""
+    """Convert a motion to video, glTF, HTML, meshes, curves or pictures, on any head.
+
+    A project is animated as the studio shows it, with its sound and the options it has.
+    """
+    if is_project(motion):
+        others = {"--audio": audio, "--head": head, "--mesh": mesh, "--flame": flame}
+        check_project_alone(motion, {**others, "--input-fps": input_fps, "--into": into})
+    format_settings = one_file.with_into(
+        format_settings, into, output, head or str(motion), "render"
+    )
+    if is_project(motion):
+        render_project(motion, output, fps, format_settings, (overwrite, no_clobber), as_json)
+        return
+    format_settings = one_file.named_take(format_settings, motion.stem)
+    output = [*output, *([] if into is None else [into])]
     plan = OutputPlan([each for each in (head, flame) if each])
     check_format_settings(output, format_settings)
     for target in output:
         plan_motion(plan, target, motion, sound=audio, format_settings=format_settings)
+    one_file.check_free(format_settings)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     targets = plan.wanted(output)

@@ -19,7 +19,7 @@ from elocute.cli.format_options import (
 from elocute.cli.outputs import nothing_to_do
 from elocute.cli.pipes import PIPE, STDIN, check_pipes
 from elocute.cli.settings_options import options_of
-from elocute.cli.spoken_takes import TableRun, plan_take, spoken_source
+from elocute.cli.spoken_takes import TableRun, check_one_worker, plan_take, spoken_source
 from elocute.cli.table_runs import chosen_pool, one_folder, run_lines
 from elocute.cli.takes import (
     TakeChoices,
@@ -86,9 +86,9 @@ def say_command(
             overwrite,
             no_clobber,
         )
-        run_lines(
-            read_lines(table, voice), run, pool, label=f"speaking {table.name}", as_json=as_json
-        )
+        lines = read_lines(table, voice)
+        check_one_worker(run, lines, pool)
+        run_lines(lines, run, pool, label=f"speaking {table.name}", as_json=as_json)
         return
     said = _text(text, file)
     plan = OutputPlan([*named_inputs(settings), *([file] if file else [])])
@@ -127,9 +127,7 @@ def _text(text: str | None, file: Path | None) -> str:
 
         return _said(read_transcript(file, max_bytes=TEXT_MAX_BYTES), str(file))
     if text != "-":
-        from elocute.speech.text.script_text import without_tags
-
-        return without_tags(str(text))
+        return str(text)
     if sys.stdin.isatty():
         raise InputError.about(STDIN, found="a terminal", allowed="a text, from a pipe or a file")
     data = sys.stdin.buffer.read(TEXT_MAX_BYTES + 1)

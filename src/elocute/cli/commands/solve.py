@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ from elocute.cli import options
 from elocute.cli.commands.solve_flame import FlameSettings, Replacing, solve_flame_command
 from elocute.cli.outputs import nothing_to_do, warn_of_silence
 from elocute.cli.progress import progress_bar
-from elocute.errors import InputError, MotionError
+from elocute.errors import ElocuteWarning, InputError, MotionError
 from elocute.files.output_plan import OutputPlan
 from elocute.files.reading import ANY_BYTES, FileKind
 from elocute.numerics.frame_rates import frame_rate
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 
 HEAD_FILE = FileKind("a head (.npz)", 2_000_000_000)
+STRANGE_MM = 10.0
+"""Vertices that the head stays so far from are those of something else."""
 VERTEX_FILE = FileKind("a .npy of (frame, vertex, 3) metres", ANY_BYTES, MotionError)
 
 
@@ -37,7 +40,7 @@ def solve_command(
         ...,
         "-o",
         "--output",
-        help="Where to write the motion (.npz, …); with --flame the parameters (.npz, or a folder "
+        help="Motion to write (.npz, …); with --flame the parameters (.npz, or a folder "
         "for a corpus).",
     ),
     flame: Path | None = typer.Option(
@@ -103,6 +106,13 @@ def solve_command(
         write(solved, output)
     warn_of_silence([output], "elocute render MOTION.npz --audio FILE adds it")
     mean, p95 = float(residual_mm.mean()), float(np.percentile(residual_mm, 95))
+    if mean > STRANGE_MM:
+        warnings.warn(
+            f"{vertices}: {mean:.0f} mm from the nearest that the head comes to; allowed: vertices "
+            "of this head, not displacements, in metres, +Y up and +Z out of the face",
+            ElocuteWarning,
+            stacklevel=2,
+        )
     if as_json:
         record = {"input": str(vertices), "output": str(output), "frames": solved.frame_count}
         record |= {"residual_mean_mm": round(mean, 6), "residual_p95_mm": round(p95, 6)}

@@ -34,7 +34,7 @@ def new_command(
         ..., "-o", "--output", help="Folder for its videos; one that was begun is completed."
     ),
     data: Path | None = typer.Option(
-        None, help="Where the names in the file begin; by default its own folder."
+        None, help="Folder of the files it names; by default its own."
     ),
     jobs: int = typer.Option(1, help="Number of processes; 0 takes all processors."),
     as_json: bool = options.Json,
@@ -92,7 +92,9 @@ def serve_command(
     database: str = Database,
     invited: bool = typer.Option(False, help="Let people in by personal links alone."),
     texts: Path | None = typer.Option(None, help="Folder with LANGUAGE.json of more languages."),
-    joins: int = typer.Option(240, min=1, help="How many may begin in a minute from one address."),
+    joins: int = typer.Option(
+        240, min=1, help="People who may begin in a minute from one address."
+    ),
 ) -> None:
     """Serve a perceptual study: a page for phone and desk, answers stored as they come.
 
@@ -100,7 +102,8 @@ def serve_command(
     ELOCUTE_STUDY_ADMIN_TOKEN has to be set; who knows it may ask for the answers at
     /admin/answers.csv.
     """
-    from elocute.study.serving.connections import listening, serve
+    from elocute.serving.connections import serve
+    from elocute.serving.listening import listening
     from elocute.study.serving.server import (
         Serving,
         StudyService,
@@ -133,7 +136,7 @@ def serve_command(
 def links_command(
     folder: Path = Folder,
     count: int = typer.Option(..., min=1, max=10_000, help="Number of links."),
-    site: str = typer.Option("http://127.0.0.1:8765", help="Where the study is reached."),
+    site: str = typer.Option("http://127.0.0.1:8765", help="Address of the study."),
     database: str = Database,
 ) -> None:
     """Make personal links, one for each participant, for a study served with --invited.
@@ -180,8 +183,10 @@ def export_command(
         raise StudyError.about(
             source, found="no such file", allowed="answers", remedy="`elocute study serve` first"
         )
-    told = f"the answers of {design.sha256[:12]}"
-    plan = plan_files([folder / "study.toml", told], [*output, participants], overwrite, no_clobber)
+    origin = f"the answers of {design.sha256[:12]}"
+    plan = plan_files(
+        [folder / "study.toml", origin], [*output, participants], overwrite, no_clobber
+    )
     store = Store(design, source)
     try:
         answers, people = store.answers(), store.people()

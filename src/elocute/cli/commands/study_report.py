@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 OF_STUDY = ("trials", "stimuli", "comparisons", "margin", "confidence")
 """What a plan takes from a study, where there is one and they are not given."""
 StudyFile = typer.Argument(..., help="A study's folder, or its file (study.toml).")
-StudyData = typer.Option(None, help="Where the names in the file begin; by default its own folder.")
+StudyData = typer.Option(None, help="Folder of the files it names; by default its own.")
 
 
 def report_command(
@@ -201,9 +201,9 @@ def simulate_command(
     print(f"{output}: {len(answers)} answers of {people} simulated people")
 
 
-def _levels(given: list[str], names: list[str]) -> dict[str, float]:
+def _levels(texts: list[str], names: list[str]) -> dict[str, float]:
     levels = {}
-    for each in given:
+    for each in texts:
         name, _, number = each.partition("=")
         try:
             levels[name] = float(number)

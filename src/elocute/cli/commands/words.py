@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
-from elocute.cli import known_speech_options, options
+from elocute.cli import options
 from elocute.cli.command_group import CommandGroup
-from elocute.cli.known_speech_options import KnownSpeechOptions
+from elocute.cli.known_speech_options import (
+    TEXT_MAX_BYTES,
+    KnownSpeechOptions,
+    options_of_known_speech,
+)
 from elocute.cli.outputs import check_file_suffix, nothing_to_do
 from elocute.errors import AlignmentError, InputError, printable
 from elocute.files.output_plan import OutputPlan
@@ -29,9 +34,9 @@ def segment_command(
     sound: Path = typer.Argument(..., help="Sound file: English read aloud where a text is given."),
     text: str | None = typer.Option(None, help="The text that is read."),
     text_file: Path | None = typer.Option(None, help="Text file that holds what is read."),
-    transcribe: bool = known_speech_options.Transcribe,
-    recogniser: str | None = known_speech_options.Recogniser,
-    language: str = known_speech_options.Language,
+    recognised: KnownSpeechOptions = options_of_known_speech(
+        without=("phones", "phone_set", "tier", "speaker", "text", "text_file")
+    ),
     output: Path = Output,
     overwrite: bool = options.Overwrite,
     no_clobber: bool = options.NoClobber,
@@ -43,21 +48,19 @@ def segment_command(
     from elocute.speech.text.word_times import write_words
     from elocute.speech.timed_phones import find_words
 
-    known = KnownSpeechOptions(
-        None, "auto", text, text_file, language, transcribe=transcribe, recogniser=recogniser
-    )
+    known = replace(recognised, text=text, text_file=text_file)
     known.check(single=True)
-    if language != "auto" and not transcribe:
+    if known.language != "auto" and not known.transcribe:
         raise InputError.about(
             "--language", found="no --transcribe", allowed="English, where a text is given"
         )
-    spoken = None if transcribe else _text(text, text_file)
+    spoken = None if known.transcribe else _text(text, text_file)
     plan = OutputPlan(known.files)
     plan.add(output, sound)
     if nothing_to_do(plan, overwrite, no_clobber, as_json):
         return
     if spoken is None:
-        words = find_words(sound, language=language, **known.recognised)
+        words = find_words(sound, language=known.language, **known.recognised)
     else:
         words = segment_words(read_audio(sound), spoken)
     with plan.writing(output):
@@ -143,9 +146,7 @@ def _text(text: str | None, file: Path | None) -> str:
     from elocute.speech.text.script_text import read_transcript
     from elocute.speech.times.captions import said_text
 
-    written = read_transcript(
-        file, max_bytes=known_speech_options.TEXT_MAX_BYTES, error=AlignmentError
-    )
+    written = read_transcript(file, max_bytes=TEXT_MAX_BYTES, error=AlignmentError)
     said, notes = said_text(written)
     for note in notes:
         print(f"elocute: {printable(f'{file}: {note}')}", file=sys.stderr)

@@ -262,11 +262,11 @@ def _frames(folder: Path, count: int, sound_s: float, notes: list[str]) -> Float
         row[:] = vertices
     try:
         numbers = [_number(path) for path in paths]
-        rows, told = frame_rows(numbers, 1, FPS, sound_s)
+        rows, note = frame_rows(numbers, 1, FPS, sound_s)
     except CorpusError as error:
         raise _BrokenFrameError(str(error)) from None
-    if told:
-        notes.append(f"{folder.parent.name} {folder.name}: {told}")
+    if note:
+        notes.append(f"{folder.parent.name} {folder.name}: {note}")
     return filled(frames, rows)
 
 
@@ -276,8 +276,8 @@ def _number(path: Path) -> int:
     return int(digits[-1][-9:]) if digits else 0
 
 
-def _topology(path: Path, found: int, expected: int) -> CorpusError:
+def _topology(path: Path, count: int, expected: int) -> CorpusError:
     """The error for another number of vertices."""
     return CorpusError.about(
-        path, found=f"{found} vertices", allowed=f"{expected}, as the neutral face has"
+        path, found=f"{count} vertices", allowed=f"{expected}, as the neutral face has"
     )

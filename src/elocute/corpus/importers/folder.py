@@ -108,15 +108,15 @@ def _check_folders(source: Path) -> None:
 def _lengths(source: Path, arrays: list[Path], sounds: set[str]) -> list[tuple[int, float]]:
     """Frames and seconds of sound of some clips, evenly spaced; unreadable ones come up later."""
     paired = [path for path in arrays if path.stem in sounds]
-    found = []
+    lengths = []
     for path in paired[:: max(1, len(paired) // PROBED)][:PROBED]:
         try:
             seconds = probe_audio(source / "wav" / f"{path.stem}.wav").duration_s
             if seconds:
-                found.append((len(open_float_array(path)), seconds))
+                lengths.append((len(open_float_array(path)), seconds))
         except (AudioError, CorpusError):
             continue
-    return found
+    return lengths
 
 
 def _usable(
@@ -182,10 +182,12 @@ def read_vertices(path: Path, count: int) -> NDArray[np.float32]:
         raise ARRAY_FILE.unusable(path, f"{array.dtype}")
     flat = array.ndim == 2 and array.shape[1] == 3 * count
     if not flat and (array.ndim != 3 or array.shape[1:] != (count, 3)):
-        found = array.shape[1] // 3 if array.ndim == 2 else array.shape[1] if array.ndim > 1 else 0
+        vertex_count = (
+            array.shape[1] // 3 if array.ndim == 2 else array.shape[1] if array.ndim > 1 else 0
+        )
         raise CorpusError.about(
             path,
-            found=f"shape {array.shape}, {found} vertices",
+            found=f"shape {array.shape}, {vertex_count} vertices",
             allowed=f"(frames, {count}, 3) or (frames, {3 * count}), {count} vertices",
         )
     with np.errstate(over="ignore"):  # what is then infinite is told

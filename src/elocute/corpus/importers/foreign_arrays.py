@@ -75,7 +75,7 @@ def _as_array(value: Any) -> NDArray[Any] | None:
 
 
 def checked_templates(
-    source: Path, given: Any, vertices: int | None = None
+    source: Path, stored: Any, vertices: int | None = None
 ) -> dict[str, Float32Array]:
     """Check the neutral faces of all subjects, which must have equally many vertices.
 
@@ -83,7 +83,7 @@ def checked_templates(
     ----------
     source : Path
         The file that they came from, named in the message.
-    given : object
+    stored : object
         What the file holds: a dict of subject to vertices.
     vertices : int or None
         How many each must have; None takes as many as the first.
@@ -98,10 +98,10 @@ def checked_templates(
     CorpusError
         For anything else.
     """
-    if not isinstance(given, dict) or not given:
+    if not isinstance(stored, dict) or not stored:
         raise CorpusError.about(source, found="no templates", allowed="{subject: (vertices, 3)}")
     templates: dict[str, Float32Array] = {}
-    for key, value in given.items():
+    for key, value in stored.items():
         name = one_line_name(key)
         templates[name] = checked_template(source, name, value, vertices)
         vertices = len(templates[name])

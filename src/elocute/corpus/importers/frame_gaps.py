@@ -38,7 +38,7 @@ def frame_rows(
     -------
     rows : (frame,) int64
         From 0, rising.
-    told : str
+    note : str
         "" without a gap.
 
     Raises
@@ -60,8 +60,8 @@ def frame_rows(
         if abs(heard - late - count) < abs(heard - count):
             raise CorpusError(f"the first {count_of(late, 'frame')} missing")
     missing = count - len(numbers)
-    told = f"{count_of(missing, 'frame')} missing between others, interpolated" if missing else ""
-    return np.asarray(numbers, np.int64) - numbers[0], told
+    note = f"{count_of(missing, 'frame')} missing between others, interpolated" if missing else ""
+    return np.asarray(numbers, np.int64) - numbers[0], note
 
 
 def filled(frames: Float32Array, rows: NDArray[np.int64]) -> Float32Array:

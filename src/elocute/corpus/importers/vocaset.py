@@ -169,12 +169,14 @@ def _rank(subject: str) -> int:
 
 def _nested(path: Path) -> dict[str, dict[str, Any]]:
     """{subject: {sentence: …}} of a pickle. Raises InputError."""
-    given = read_pickle(path)
-    if not isinstance(given, dict) or not all(isinstance(inner, dict) for inner in given.values()):
+    stored = read_pickle(path)
+    if not isinstance(stored, dict) or not all(
+        isinstance(inner, dict) for inner in stored.values()
+    ):
         raise CorpusError.about(path, found="something else", allowed="{subject: {sentence: …}}")
     return {
         one_line_name(who): {one_line_name(k): v for k, v in inner.items()}
-        for who, inner in given.items()
+        for who, inner in stored.items()
     }
 
 
@@ -229,11 +231,11 @@ def _clip(
         sentence = f"{sentence}-{number}"  # the same words said twice by one subject
     try:
         waveform = checked_waveform(sound["audio"], sound["sample_rate"])
-        places, told = frame_rows(list(rows), 0, FPS, waveform.duration_s)
+        places, note = frame_rows(list(rows), 0, FPS, waveform.duration_s)
         frames = vertices[list(rows.values())].astype(np.float32)
         check_frames(frames, vertices.path, template)
-        if told:
-            notes.append(f"{subject} {number}: {told}")
+        if note:
+            notes.append(f"{subject} {number}: {note}")
         return Clip(subject, sentence, text, waveform, filled(frames, places))
     except (AudioError, CorpusError) as error:
         notes.append(f"{subject} {number}: {error}")

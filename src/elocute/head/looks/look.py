@@ -103,9 +103,9 @@ class Look:
             ("clothes", CLOTHES),
             ("clothes_colour", CLOTHES_COLOURS),
         ):
-            given = getattr(self, name)
-            if not isinstance(given, str) or given not in known:
-                found = brief(given)
+            choice = getattr(self, name)
+            if not isinstance(choice, str) or choice not in known:
+                found = brief(choice)
                 raise HeadError.about(f"look: {name}", found=found, allowed=", ".join(known))
         ranges = {"age": (18, 80), "sex": (0, 1), "freckles": (0, 1), "stubble": (0, 1)}
         ranges |= {"lashes": (0, 1), "tone": (0, 1), "pupils": (2, 7)}

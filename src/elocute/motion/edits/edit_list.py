@@ -197,12 +197,12 @@ class _Object:
 
     def choice(self, key: str, choices: Sequence[str]) -> str:
         """One of these texts; the first is the default."""
-        given = self.take(key, choices[0])
-        if not isinstance(given, str) or given not in choices:
+        value = self.take(key, choices[0])
+        if not isinstance(value, str) or value not in choices:
             self.refuse(
-                key, found=brief(given), allowed=", ".join(choices), remedy=_near(given, choices)
+                key, found=brief(value), allowed=", ".join(choices), remedy=_near(value, choices)
             )
-        return given
+        return value
 
     def text(self, key: str) -> str:
         """A short text."""
@@ -282,99 +282,97 @@ def _error(source: str, where: str, *, found: str, allowed: str, remedy: str = "
     return MotionError.about(subject, found=found, allowed=allowed, remedy=remedy)
 
 
-def _near(given: Any, known: Sequence[str] | Mapping[str, Any]) -> str:
-    near = difflib.get_close_matches(str(given)[:40], list(known), 1, 0.5)
+def _near(name: Any, known: Sequence[str] | Mapping[str, Any]) -> str:
+    near = difflib.get_close_matches(str(name)[:40], list(known), 1, 0.5)
     return f"did you mean {near[0]!r}?" if near else ""
 
 
-def _style(given: _Object) -> Item:
-    return StyleItem(given.text("style"), given.span())
+def _style(item: _Object) -> Item:
+    return StyleItem(item.text("style"), item.span())
 
 
-def _mood(given: _Object) -> Item:
-    return MoodItem(given.text("mood"), given.span(blend_s=0.3))
+def _mood(item: _Object) -> Item:
+    return MoodItem(item.text("mood"), item.span(blend_s=0.3))
 
 
-def _offset(given: _Object) -> Item:
-    return OffsetItem(given.number("seconds", -OFFSET_MAX_S, OFFSET_MAX_S))
+def _offset(item: _Object) -> Item:
+    return OffsetItem(item.number("seconds", -OFFSET_MAX_S, OFFSET_MAX_S))
 
 
-def _amplitude(given: _Object) -> Item:
-    part = given.part("regions", tuple(SHAPES))
+def _amplitude(item: _Object) -> Item:
+    part = item.part("regions", tuple(SHAPES))
     regions = {name: part.number(name, 0, AMPLITUDE_MAX) for name in SHAPES if name in part}
     if not regions:
-        given.refuse("regions", found="no region", allowed=", ".join(SHAPES))
-    return AmplitudeItem(regions, given.span())
+        item.refuse("regions", found="no region", allowed=", ".join(SHAPES))
+    return AmplitudeItem(regions, item.span())
 
 
-def _curve(given: _Object) -> Item:
+def _curve(item: _Object) -> Item:
     return CurveItem(
-        given.text("curve"),
-        given.keys_of("keys", 1, WEIGHT_MAX),
-        given.choice("mode", ("replace", "add")),
-        given.choice("between", WAYS),
-        given.choice("contacts", ("keep", "free")),
-        given.span(),
+        item.text("curve"),
+        item.keys_of("keys", 1, WEIGHT_MAX),
+        item.choice("mode", ("replace", "add")),
+        item.choice("between", WAYS),
+        item.choice("contacts", ("keep", "free")),
+        item.span(),
     )
 
 
-def _closed(given: _Object) -> Item:
-    return ClosedItem(given.span(blend_s=CLOSED_BLEND_S, required=True))
+def _closed(item: _Object) -> Item:
+    return ClosedItem(item.span(blend_s=CLOSED_BLEND_S, required=True))
 
 
-def _head(given: _Object) -> Item:
+def _head(item: _Object) -> Item:
     return HeadItem(
-        given.keys_of("keys", 3, DEGREES_MAX),
-        given.choice("mode", ("add", "replace")),
-        given.choice("between", WAYS),
-        given.span(),
+        item.keys_of("keys", 3, DEGREES_MAX),
+        item.choice("mode", ("add", "replace")),
+        item.choice("between", WAYS),
+        item.span(),
     )
 
 
-def _gaze(given: _Object) -> Item:
-    return GazeItem(
-        given.keys_of("keys", 2, DEGREES_MAX), given.choice("between", WAYS), given.span()
-    )
+def _gaze(item: _Object) -> Item:
+    return GazeItem(item.keys_of("keys", 2, DEGREES_MAX), item.choice("between", WAYS), item.span())
 
 
-def _blinks(given: _Object) -> Item:
+def _blinks(item: _Object) -> Item:
     def moments(key: str) -> tuple[Moment, ...]:
-        rows = _rows(given, key, KEYS_MAX) if key in given else ()
-        return tuple(given.moment(f"{key}[{n}]", row) for n, row in enumerate(rows))
+        rows = _rows(item, key, KEYS_MAX) if key in item else ()
+        return tuple(item.moment(f"{key}[{n}]", row) for n, row in enumerate(rows))
 
-    if not any(key in given for key in given.keys[1:]):
-        given.refuse("add", found="nothing", allowed="any of " + ", ".join(given.keys[1:]))
+    if not any(key in item for key in item.keys[1:]):
+        item.refuse("add", found="nothing", allowed="any of " + ", ".join(item.keys[1:]))
     return BlinksItem(
-        None if given.take("remove") == "all" else moments("remove"),
+        None if item.take("remove") == "all" else moments("remove"),
         moments("add"),
-        given.number("per_minute", 0, PER_MINUTE_MAX, 0.0),
-        int(given.number("seed", 0, SEED_MAX, 0.0)),
+        item.number("per_minute", 0, PER_MINUTE_MAX, 0.0),
+        int(item.number("seed", 0, SEED_MAX, 0.0)),
     )
 
 
-def _face(given: _Object) -> Item:
+def _face(item: _Object) -> Item:
     keys: list[tuple[Moment, str]] = []
-    for number, row in enumerate(_rows(given, "keys", FACES_MAX)):
+    for number, row in enumerate(_rows(item, "keys", FACES_MAX)):
         place = f"keys[{number}]"
         pair = isinstance(row, list | tuple) and len(row) == 2
         name = str(row[1]) if pair and type(row[1]) in (str, int) else ""
         if not 0 < len(name) <= TEXT_MAX or name.lower().endswith(".json"):
-            given.refuse(place, found=brief(row), allowed="[time, a face's name or a seed]")
-        keys.append((given.moment(place, row[0]), name))
+            item.refuse(place, found=brief(row), allowed="[time, a face's name or a seed]")
+        keys.append((item.moment(place, row[0]), name))
     if not keys:
-        given.refuse("keys", found="no keys", allowed='[[time, "ada"], …]')
+        item.refuse("keys", found="no keys", allowed='[[time, "ada"], …]')
     return FaceItem(tuple(keys))
 
 
-def _retime(given: _Object) -> Item:
-    pairs = given.keys_of("times", 1, TIME_MAX_S)
+def _retime(item: _Object) -> Item:
+    pairs = item.keys_of("times", 1, TIME_MAX_S)
     if len(pairs) < 2:
-        given.refuse("times", found="one pair", allowed="two or more [old s, new s]")
+        item.refuse("times", found="one pair", allowed="two or more [old s, new s]")
     return RetimeItem(tuple((moment, new) for moment, (new,) in pairs))
 
 
-def _loop(given: _Object) -> Item:
-    return LoopItem(given.number("blend", 0.02, 10, LOOP_BLEND_S))
+def _loop(item: _Object) -> Item:
+    return LoopItem(item.number("blend", 0.02, 10, LOOP_BLEND_S))
 
 
 _SPAN = ("from", "to", "blend")

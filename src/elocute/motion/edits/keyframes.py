@@ -65,25 +65,25 @@ def read_keyframes(
     return times, values
 
 
-def _listed(given: Any, what: str) -> list[Any]:
+def _listed(rows: Any, what: str) -> list[Any]:
     """The keyframes as a list. Raises MotionError for none or too many."""
     try:
-        parts = None if isinstance(given, str | bytes) else iter(given)
+        parts = None if isinstance(rows, str | bytes) else iter(rows)
     except TypeError:
         parts = None
     listed = [] if parts is None else list(itertools.islice(parts, KEYS_MAX + 1))
     if parts is None or len(listed) > KEYS_MAX:
         raise MotionError.about(
             what,
-            found=brief(given) if parts is None else f"more than {KEYS_MAX} keyframes",
+            found=brief(rows) if parts is None else f"more than {KEYS_MAX} keyframes",
             allowed=f"numbers, or up to {KEYS_MAX} keyframes (seconds, value)",
         )
     return listed
 
 
-def _numbers(given: Any, what: str, allowed: str) -> NDArray[np.float64]:
+def _numbers(values: Any, what: str, allowed: str) -> NDArray[np.float64]:
     return floats_of(
-        given, what, error=MotionError, allowed=allowed, most=KEYS_MAX, dtype=np.float64
+        values, what, error=MotionError, allowed=allowed, most=KEYS_MAX, dtype=np.float64
     )
 
 

@@ -37,10 +37,19 @@ _NOT_SAID = ("desc", "metadata", "lexicon", "meta")
 _PARTED = ("p", "s", "break", "voice", "paragraph", "sentence", "br", "div")
 # `BOB:`, `BOB (whispers):`, `Bob:`, `Speaker 2:` at the start of a line.
 _NAME = re.compile(
-    r"^[ \t>*-]*([^\W\d_][\w.'’-]*(?: [\w.'’#&-]+){0,3})[ \t]*"
+    r"^(?P<marks>[ \t>*-]*)(?P<name>[^\W\d_][\w.'’-]*(?: [\w.'’#&-]+){0,3})[ \t]*"
     r"(?:\([^()\n]*\)[ \t]*)?(?::[ \t]+|：[ \t]*)",
     re.MULTILINE,
 )
+_COUNTED = re.compile(
+    r"(?:first|second|third|next|then|finally|last|step|part|rule|tip|note|question|answer)\b",
+    re.IGNORECASE,
+)
+"""Begins an entry of a list; before a colon it is said, and no name."""
+DUET_LINES = 3
+"""Of so short a script nobody speaks twice."""
+SHORT_NAME = 3
+"""Letters of a name in a script without capitals, such as Chinese."""
 # When a line is said: 0:03 of YouTube, [00:03] Bob, before it or alone; `Bob  0:03` of Otter and
 # `Bob (00:03):` of Rev above it.
 _TIMED_LINE = re.compile(
@@ -168,29 +177,59 @@ def without_tags(text: str) -> str:
 
 
 def speakers_of(text: str) -> frozenset[str]:
-    """Names before colons in a script that are those of speakers: in capitals, said more than once,
-    or before most lines."""
-    seen = Counter(match[1] for match in _NAME.finditer(text))
+    """Names before colons in a script that are those of speakers, and no part of what is said.
+
+    They stand in capitals before what does not, behind `>>`, or come again before the beginnings of
+    sentences. Once one comes again and half of the lines have names, whoever speaks once is a
+    speaker, too; in two or three lines that all have names, nobody needs to come again.
+    """
+    found = [*_NAME.finditer(text)]
+    said = _NAME.sub("", text)
+    seen = Counter(match["name"] for match in found)
     lines = sum(bool(line.strip()) for line in text.splitlines())
-    is_dialogue = seen.total() > 1 and 2 * seen.total() >= lines
-    return frozenset(
+    is_loud = sum(map(str.isupper, said)) > sum(map(str.islower, said))
+    # Behind `one thing:` a sentence goes on in small letters, which some write at its beginning.
+    begun = Counter(m["name"] for m in found if not text[m.end() : m.end() + 1].islower())
+    in_small = len(seen) > 1 and 2 * begun.total() < seen.total() and lines <= 2 * seen.total()
+    turns = {name for name in seen if in_small or 2 * begun[name] > seen[name]}
+    titled = {
         name
-        for name, times in seen.items()
-        if is_dialogue or times > 1 or name == name.upper() != name.lower()
+        for name in turns
+        if text.islower() or not any(word[0].islower() for word in name.split())
+    }
+    again = {name for name in (titled if in_small else turns) if seen[name] > 1}
+    is_dialogue = bool(again) and 2 * sum(seen[name] for name in turns) >= lines
+    is_duet = 1 < len(titled) == seen.total() == lines <= DUET_LINES
+    is_duet = is_duet and not in_small and not is_loud and all(map(_names_one, titled))
+    return frozenset(
+        {name for name in seen if name.isupper() and not is_loud}
+        | {m["name"] for m in found if ">>" in m["marks"] and m["name"].count(" ") < 2} & turns
+        | again
+        | (titled if is_dialogue or is_duet else set())
     )
 
 
+def _names_one(name: str) -> bool:
+    """Whether what stands before a colon once may be a name by itself."""
+    is_short = name.count(" ") < 2 if name.lower() != name else len(name) <= SHORT_NAME
+    return is_short and not _COUNTED.match(name)
+
+
 def spoken_script(text: str, speakers: Collection[str] | None = None) -> tuple[str, list[str]]:
+    """As `spoken_lines`, of a text with tags of SSML, which are left out."""
+    return spoken_lines(without_tags(text), speakers)
+
+
+def spoken_lines(text: str, speakers: Collection[str] | None = None) -> tuple[str, list[str]]:
     """What is said of a script, in its lines, and what was left out, in order.
 
-    Tags of SSML, names of speakers and stage directions are left out. A name stands in capitals
-    before a colon at the start of a line, or before most lines; or in capitals in a line of its
-    own, as in screenplays; `speakers` are the names, where more than this text tells them. A
+    Names of speakers and stage directions are left out. A name stands before a colon at the start
+    of a line, as `speakers_of` finds it; or in capitals in a line of its own, as in screenplays;
+    `speakers` are the names, where more than this text tells them. A
     direction stands in square brackets, or in round ones between sentences or with a word such as
     `sighs`. Times at many lines are left out, and so are the addresses of links, and marks of
     headings and scenes.
     """
-    text = without_tags(text)
     left_out: list[str] = []
 
     def drop(match: re.Match[str]) -> str:
@@ -205,7 +244,7 @@ def spoken_script(text: str, speakers: Collection[str] | None = None) -> tuple[s
     names = speakers_of(text) if speakers is None else speakers
 
     def name(match: re.Match[str]) -> str:
-        return drop(match) if match[1] in names else match[0]
+        return drop(match) if match["name"] in names else match[0]
 
     def aside(match: re.Match[str]) -> str:
         before = match.string[max(match.start() - NEAR, 0) : match.start()].rstrip()
@@ -230,8 +269,9 @@ def spoken_script(text: str, speakers: Collection[str] | None = None) -> tuple[s
 
 def left_out_note(left_out: list[str]) -> list[str]:
     """What to know about a script of which something was left out; nothing otherwise."""
-    if not left_out:
+    different = [*dict.fromkeys(left_out)]
+    if not different:
         return []
-    named = ", ".join(repr(each[:40]) for each in left_out[:NAMED_MAX])
-    more = f" and {len(left_out) - NAMED_MAX} more" if len(left_out) > NAMED_MAX else ""
+    named = ", ".join(repr(each[:40]) for each in different[:NAMED_MAX])
+    more = f" and {len(different) - NAMED_MAX} more" if len(different) > NAMED_MAX else ""
     return [f"not taken for speech: {named}{more}"]

@@ -46,7 +46,7 @@ def shown_letters(text: str) -> str:
 def words_of_text(text: str) -> list[TextWord]:
     """The words of a text in their order, and signs that may be spoken.
 
-    A sign that touches a word belongs to it: $9.99, 50%.
+    A sign that touches a word belongs to it: $9.99, 50%; but < and > stand around words, too.
     """
     cuts = sorted({0, *(match.start() for match in _boundary().finditer(text)), len(text)})
     words: list[TextWord] = []
@@ -54,13 +54,13 @@ def words_of_text(text: str) -> list[TextWord]:
         part = text[start:end]
         if any(map(str.isalnum, part)):
             before = words[-1] if words else None
-            if before and before.is_sign and before.end == start:
+            if before and before.is_sign and before.end == start and before.text.strip("<>"):
                 words.pop()
                 start = before.start
             words.append(TextWord(start, end, text[start:end]))
         elif part and all(map(_is_said, part)):
             before = words[-1] if words else None
-            if before and before.end == start:
+            if before and before.end == start and part.strip("<>"):
                 words[-1] = replace(before, end=end, text=text[before.start : end])
             else:
                 words.append(TextWord(start, end, part, is_sign=True))

@@ -67,7 +67,7 @@ class Transcript:
         if is_captions(text):
             timed = [
                 (start - CAPTION_SLACK_S, end + CAPTION_SLACK_S, word)
-                for start, end, word in words_of_captions(text)
+                for start, end, word in words_of_captions(text).words
             ]
             words = cls.of_words(timed, language).words
         else:
@@ -176,12 +176,16 @@ class TranscribedPhones:
 
 
 def transcribe(transcript: Transcript, heard: Float32Array, duration_s: float) -> TranscribedPhones:
-    """Find the phones of a transcript in a recording that lasts `duration_s`.
+    """Find the phones of a transcript in a recording.
 
     Parameters
     ----------
+    transcript : Transcript
+        What is said in it.
     heard : (row, 40) float32
         Log-posteriors of the phone encoder, 50 rows a second.
+    duration_s : float
+        How long the recording lasts, s.
 
     Raises
     ------

@@ -9,8 +9,13 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 from elocute.errors import InputError
-from elocute.speech.text.script_text import left_out_note, speakers_of, spoken_script
-from elocute.speech.times.labels import CLOCK, LABELS_MAX, OPEN_S, Label, clock_seconds
+from elocute.speech.text.script_text import (
+    left_out_note,
+    speakers_of,
+    spoken_lines,
+    spoken_script,
+)
+from elocute.speech.times.labels import CLOCK, LABELS_MAX, OPEN_S, Label, Labels, clock_seconds
 
 HEAD_MAX = 20_000
 ROLLING_SHARE = 0.25
@@ -24,15 +29,18 @@ _LOOSE = re.compile(
     r"[ \t]{0,20}(-?\d{1,3}(?:[:.,] ?\d{1,3}){1,3})(?=\s|$)",
     re.MULTILINE,
 )
-_NOTES = re.compile(r"(NOTE|STYLE|REGION)\b")
+_NOTES = re.compile(r"\s*(?:NOTE(?=\s|$)|(?:STYLE|REGION)[ \t]*(?:\n|$))")
+"""Begins a paragraph of WebVTT that no times stand above, and that is not shown."""
 _MARK = re.compile(rf"<({CLOCK})>")
-_TAGS = re.compile(r"<[^<>]*>|\{\\[^{}]*\}")
+# With the small letters above ruby, which say the word below them again.
+_TAGS = re.compile(r"<r[tp]\b[^<>]*>[^<>]*</r[tp]>|<(?:/|[a-zA-Z]|\d+:)[^<>]*>|\{\\[^{}]*\}")
 _LIT = re.compile(r"<(u|b|i|font)\b[^<>]*>([^<>]+)</\1>")
 _FIRST_MARK, MARKS_MAX = 0xE000, 6400
 """Letters of private use stand for the times in a caption while its text is cleaned."""
 _MARKS = re.compile(r"[\ue000-\uf8ff]")
 _ASS_HEAD = re.compile(r"\s*\[(?:script info|v4\+? styles|events)\]", re.IGNORECASE)
 _ASS_EVENT = re.compile(r"^Dialogue:.*\d:\d\d:\d\d\.\d", re.MULTILINE)
+_STYLED = re.compile(r"\\(?:1?c|r|[biu]\d|fs|fsc[xy]|1?a|alpha|bord|shad)(?![a-z])")
 _LRC = re.compile(rf"^(?:[ \t]*\[{CLOCK}\])+", re.MULTILINE)
 _LRC_HEAD = re.compile(rf"\s*(?:\[[a-z#]{{1,10}}:[^\]\n]*\]\s*)*\[{CLOCK}\]", re.IGNORECASE)
 _LRC_OFFSET = re.compile(r"^\[offset:[ \t]*([+-]?\d{1,7})\]", re.MULTILINE | re.IGNORECASE)
@@ -68,19 +76,20 @@ def captions_of(text: str) -> list[Label]:
     without what captions that roll up repeat of the one before. Raises InputError for times that go
     back, and too many captions.
     """
-    return [(each.start, each.end, _MARKS.sub("", said)) for each, said in _said(text)]
+    return [(each.start, each.end, _MARKS.sub("", said)) for each, said in _said(text)[0]]
 
 
-def words_of_captions(text: str) -> list[Label]:
-    """The words of subtitles, as `captions_of` has these: start in s, end in s and word, in order.
+def words_of_captions(text: str) -> Labels:
+    """The words of subtitles, as `captions_of` has these, in order, and notes of what was left out.
 
     Where captions have no times for words, it is that of the caption: a word is said somewhere
     there.
     """
     from elocute.speech.text.text_words import words_of_text
 
-    labels: list[Label] = []
-    for caption, said in _said(text):
+    captions, notes = _said(text)
+    labels = Labels(notes=notes)
+    for caption, said in captions:
         plain, marks = "", [(0, caption.start)]
         for part in re.split(f"({_MARKS.pattern})", said):
             if _MARKS.fullmatch(part):
@@ -91,26 +100,31 @@ def words_of_captions(text: str) -> list[Label]:
             if not word.is_sign:
                 start = next(at for place, at in reversed(marks) if place <= word.start)
                 later = (at for place, at in marks if place >= word.end)
-                labels.append((start, next(later, caption.end), word.text))
+                labels.words.append((start, next(later, caption.end), word.text))
     return labels
 
 
 def said_text(text: str) -> tuple[str, list[str]]:
     """What is said of subtitles, a script, SSML or a plain text, and notes of what was left out."""
     if is_captions(text):
-        return "\n".join(said for _, _, said in captions_of(text)), []
+        captions, notes = _said(text)
+        return "\n".join(_MARKS.sub("", said) for _, said in captions), notes
     said, left_out = spoken_script(text)
     return said, left_out_note(left_out)
 
 
-def _said(text: str) -> Iterator[tuple[_Caption, str]]:
-    """The captions of a text that say something, and what they say, times in it as letters."""
+def _said(text: str) -> tuple[list[tuple[_Caption, str]], list[str]]:
+    """The captions of a text that say something, what they say, times in it as letters, and notes
+    of what was left out."""
     captions = [*_without_repeats(_captions(_plain_lines(text)))]
     names = speakers_of("\n".join(line for caption in captions for line in caption.shown()))
+    spoken, left_out = list[tuple[_Caption, str]](), list[str]()
     for caption in captions:
-        said, _ = spoken_script("\n".join(caption.lines), names)
+        said, aside = spoken_lines("\n".join(caption.lines), names)
+        left_out += (_MARKS.sub("", each) for each in aside)
         if _MARKS.sub("", said).strip():
-            yield caption, said
+            spoken.append((caption, said))
+    return spoken, left_out_note(left_out)
 
 
 def _captions(text: str) -> list[_Caption]:
@@ -124,7 +138,8 @@ def _captions(text: str) -> list[_Caption]:
             found_at = f"{start:g} to {end:g} s"
             raise InputError.about(f"caption {number}", found=found_at, allowed="start <= end")
         captions.append(_caption(start, end, body))
-    return sorted(captions, key=lambda each: each.start)
+    # Of layers that show the same, one.
+    return sorted(dict.fromkeys(captions), key=lambda each: each.start)
 
 
 def _caption(start: float, end: float, body: str) -> _Caption:
@@ -132,7 +147,8 @@ def _caption(start: float, end: float, body: str) -> _Caption:
     said, marks = "", [start]
     for number, part in enumerate(_MARK.split(body)):
         if number % 2 == 0:
-            said += _MARKS.sub("", html.unescape(_TAGS.sub("", part)))
+            plain = html.unescape(_TAGS.sub("", part)).replace("\\h", " ")
+            said += _MARKS.sub("", re.sub(r"\\[Nn]", "\n", plain))
         elif len(marks) <= MARKS_MAX:
             said += chr(_FIRST_MARK + len(marks) - 1)
             marks.append(min(max(clock_seconds(part) or 0.0, marks[-1]), end))
@@ -179,20 +195,23 @@ def _lit_up(cues: Iterable[Label]) -> Iterator[Label]:
 def _timed(text: str) -> Iterator[Label]:
     """SubRip, WebVTT and .sbv: a line of two times, and the lines of the caption."""
     marks = list(_TIMES.finditer(text))
+    has_notes = text.lstrip().startswith("WEBVTT")
     for mark, after in zip(marks, [*marks[1:], None], strict=True):
         start, end = (clock_seconds(mark[group]) or 0.0 for group in (1, 3))
         body = text[mark.end() : after.start() if after else None].partition("\n")[2]
-        yield start, end, _own(body, is_last=after is None)
+        yield start, end, _own(body, is_last=after is None, has_notes=has_notes)
 
 
-def _own(body: str, is_last: bool) -> str:
+def _own(body: str, is_last: bool, has_notes: bool) -> str:
     """The lines of a caption, without the number or name of the next one and without notes."""
-    parts = [part for part in re.split(r"\n[ \t]*\n", body) if part.strip()]
+    first, *parts = re.split(r"(?:\A|\n)[ \t]*\n", f"{body}\n")
+    parts = [part for part in parts if part.strip() and not (has_notes and _NOTES.match(part))]
+    parts = [first, *parts] if first.strip() else parts
     if parts and not is_last:
         *lines, last = parts[-1].strip("\n").split("\n")
         if last.strip().isdigit() or (not lines and len(parts) > 1):
             parts[-1] = "\n".join(lines)
-    return "\n".join(part for part in parts if not _NOTES.match(part.lstrip()))
+    return "\n".join(parts)
 
 
 def _is_ass(text: str) -> bool:
@@ -218,7 +237,7 @@ def _ass(text: str) -> Iterator[Label]:
 
 def _ass_text(text: str, start: float) -> str:
     """A text with its syllables' times as WebVTT has them, without tags and drawings."""
-    plain, at, is_drawing = "", start, False
+    plain, at, is_drawing, is_lit = "", start, False, False
     for number, part in enumerate(re.split(r"\{([^{}]*)\}", text)):
         if number % 2 == 0:
             plain += "" if is_drawing else part
@@ -226,9 +245,12 @@ def _ass_text(text: str, start: float) -> str:
         *before, last = [0, *map(int, re.findall(r"\\[kK][of]?(\d{1,6})", part))]
         plain += _tag(at + sum(before) / 100) if before else ""
         at += (sum(before) + last) / 100
+        if _STYLED.search(part):  # and the next one ends it
+            plain += "</u>" if is_lit else "<u>"
+            is_lit = not is_lit
         for size in re.findall(r"\\p(\d)", part):
             is_drawing = size != "0"
-    return re.sub(r"\\[Nn]", "\n", plain).replace("\\h", " ")
+    return plain + "</u>" * is_lit
 
 
 def _lyrics(text: str) -> Iterator[Label]:

@@ -9,8 +9,10 @@ from collections.abc import Callable
 
 from elocute.errors import InputError
 from elocute.files.delimited import DelimitedTable
+from elocute.speech.phone_symbols import visemes_of
+from elocute.speech.times.elan import BEGINS, ENDS, elan_table, tier_columns
 from elocute.speech.times.labels import LABELS_MAX, Label, Labels, clock_seconds
-from elocute.speech.times.tier_choice import TierChoice
+from elocute.speech.times.tier_choice import TierChoice, check_one_speaker
 
 HEAD_MAX = 4000
 _CTM_LINE = re.compile(r"\S+\s+\S+\s+[\d.]+\s+[\d.]+\s+\S")
@@ -27,17 +29,21 @@ _STARTS = (
     "tmin",
     "begin_s",
     "start_ms",
+    *BEGINS,
 )
-_ENDS = ("end_s", "end", "stop", "end_time", "xmax", "tmax", "stop_s", "end_ms")
+_ENDS = ("end_s", "end", "stop", "end_time", "xmax", "tmax", "stop_s", "end_ms", "offset", *ENDS)
 _LENGTHS = ("duration_s", "duration", "dur", "length", "duration_ms")
 _PHONES = ("phone", "phoneme", "phones", "segment")
 _WORDS = ("word", "token", "words")
-_LABELS = (*_PHONES, *_WORDS, "label", "text", "value")
+_VISEMES = ("viseme", "visemes", "viseme_id", "visemeid")
+_LABELS = (*_PHONES, *_WORDS, *_VISEMES, "label", "text", "value", "name", "annotation")
 _TIERS = ("type", "tier", "tier_name")
 
 
 def has_columns(text: str) -> bool:
     """Whether a text is a table whose first line names its columns."""
+    if elan_table(text):
+        return True
     first = text.lstrip().partition("\n")[0]
     if first.startswith(";;") or _CTM_LINE.match(first):
         return False
@@ -58,9 +64,11 @@ def parse_csv(text: str, choice: TierChoice, sorted_out: Callable[[list[Label]],
     speakers: dict[str, None] = {}
     wanted = choice.speaker.strip().lower()
     try:
-        table = DelimitedTable.of(text)
+        table = elan_table(text) or DelimitedTable.of(text)
         start, end, length, kind = map(_column(table.names), (_STARTS, _ENDS, _LENGTHS, _LABELS))
-        tier, speaker = map(_column(table.names), (_TIERS, ("speaker",)))
+        tier, speaker = map(_column(table.names), (_TIERS, ("speaker", "participant")))
+        columns = [] if tier else tier_columns(table.names)
+        kind = columns[0] if columns else kind
         if not start or not kind or not (end or length):
             shown = ",".join(table.names[:20])[:80] or "missing"
             raise InputError.about(f"first row {shown}", found="no known names", allowed=COLUMNS)
@@ -79,17 +87,17 @@ def parse_csv(text: str, choice: TierChoice, sorted_out: Callable[[list[Label]],
             if wanted and said_by.lower() != wanted:
                 continue
             speakers[said_by] = None
-            tiers.setdefault(cells.get(tier, kind), []).append((begun, until, cells[kind]))
+            for each in columns or [kind]:
+                if cells.get(each) or not columns:
+                    tiers.setdefault(cells.get(tier, each), []).append((begun, until, cells[each]))
     except csv.Error as error:
         raise InputError(f"not a CSV ({str(error)[:60]}); allowed: {COLUMNS}") from error
-    if len(speakers) > 1:
-        raise InputError.about(
-            "speakers",
-            found=", ".join([*speakers][:5]),
-            allowed="one in a file",
-            remedy="name one with `speaker`",
-        )
-    return TierChoice(choice.tier).labels([*tiers.items()], sorted_out)
+    check_one_speaker([*speakers])
+    labels = TierChoice(choice.tier).labels([*tiers.items()], sorted_out)
+    if kind in _VISEMES:
+        found = [*labels.phones, *labels.words]
+        return Labels(phones=found, alphabet=visemes_of(text for _, _, text in found))
+    return labels
 
 
 def _column(names: tuple[str, ...]) -> Callable[[tuple[str, ...]], str]:
@@ -108,7 +116,7 @@ def _seconds(table: DelimitedTable, cells: dict[str, str], column: str, number: 
             found=repr(cell[:40]),
             allowed=f"a time from 0; {COLUMNS}",
         )
-    return value / 1000 if column.endswith("_ms") and ":" not in cell else value
+    return value / 1000 if column.endswith(("_ms", "_msec")) and ":" not in cell else value
 
 
 def parse_ctm(text: str, stem: str = "") -> list[Label]:

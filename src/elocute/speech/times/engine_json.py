@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from statistics import median
 from typing import Any
 
 from elocute.errors import InputError
 from elocute.files.json_records import finite_number, parse_json
+from elocute.speech.phone_symbols import VISEMES, visemes_of
+from elocute.speech.times.json_speakers import of_one_speaker
 from elocute.speech.times.labels import (
     LABELS_MAX,
     OPEN_S,
@@ -46,7 +48,7 @@ STARTS += ("offsetmilliseconds", "offsetinticks", "starttimeseconds")
 ENDS = ("endtime", "end", "ends", "endts", "endoffset", "endms")
 LENGTHS = ("duration", "durations", "durationms")
 LENGTHS += ("durationmilliseconds", "durationinticks", "durationseconds")
-PHONE_KEYS = ("phone", "phoneme", "phonesymbol")
+PHONE_KEYS = ("phone", "phoneme", "phonesymbol", "viseme")
 LABEL_KEYS = ("word", "text", "label", "value", "content", "punctuatedword")
 OFFSETS = frozenset(["audiooffset", "offset"])
 FIRST_ONLY = ("alternatives", "nbest", "channels", "transcripts")
@@ -55,6 +57,8 @@ NOT_SAID = frozenset(
 )
 TAGS = re.compile(r"\[[^\[\]]{1,80}\]|<[^<>]{1,80}>")
 """Among letters that are spoken: [laughs] and <break time="1s" /> are not."""
+_NEXT_VALUE = re.compile(r"(?<=\})[ \t\r]{0,20}\n\s{0,20}(?=\{)")
+"""Between values of which each begins a line, as in JSON Lines and what Vosk prints."""
 _OFFSET = re.compile(r"(start|end)_?offset", re.IGNORECASE)
 _SECONDS = re.compile(r"(?:PT(?:(\d{1,4})H)?(?:(\d{1,6})M)?)?(\d{1,9}(?:\.\d{1,12})?)[sS]?")
 """1.25, 1.25s, or PT1M1.25S."""
@@ -77,7 +81,14 @@ def _whole_words(words: Iterable[Label]) -> list[Label]:
         plain = text.strip()
         begun, until, before = whole[-1] if whole else (0.0, 0.0, "")
         follows = before and not text.startswith(" ") and 0 <= start - until <= PIECES_S
-        if in_pieces and follows and " " not in before + plain and before[-1] < IDEOGRAPHS:
+        begins = plain[:1] in "([<"  # [Music] or (laughs), which no word is a part of
+        if (
+            in_pieces
+            and follows
+            and not begins
+            and " " not in before + plain
+            and (before[-1] < IDEOGRAPHS)
+        ):
             is_said = any(map(str.isalnum, plain))
             whole[-1] = begun, end if is_said else until, before + plain
         else:
@@ -89,9 +100,10 @@ def _parsed(value: Any, choice: TierChoice) -> Labels:
     record = None if isinstance(value, list) else _plain(value)
     if record is not None and "tiers" in record:
         return _mfa(record, choice)
-    choice.check_unused()
-    if record is None:
+    value = of_one_speaker(value, choice)
+    if isinstance(value, list):
         return _from_list(value)
+    record = _plain(value)
     for key, parse in PARSERS.items():
         if record.get(key) is not None:
             return parse(record)
@@ -99,14 +111,14 @@ def _parsed(value: Any, choice: TierChoice) -> Labels:
 
 
 def _value(text: str) -> Any:
-    """The one value of a text, or the list of those on its lines."""
-    lines = [line for line in text.splitlines() if line.strip()]
-    if len(lines) > LABELS_MAX:
-        raise InputError(f"{len(lines)} lines; allowed: up to {LABELS_MAX}")
-    if len(lines) > 1 and lines[0].rstrip().endswith("}") and lines[1].lstrip().startswith("{"):
+    """The one value of a text, or the list of those that follow each other in it."""
+    parts = _NEXT_VALUE.split(text)
+    if len(parts) > LABELS_MAX:
+        raise InputError(f"{len(parts)} values; allowed: up to {LABELS_MAX}")
+    if len(parts) > 1:
         return [
-            parse_json(line, f"line {number}", allowed=ALLOWED)
-            for number, line in enumerate(lines, 1)
+            parse_json(part, f"value {number}", allowed=ALLOWED)
+            for number, part in enumerate(parts, 1)
         ]
     return parse_json(text, "JSON", allowed=ALLOWED)
 
@@ -164,13 +176,25 @@ def _from_events(events: Sequence[Record], values: Any) -> Labels:
         raise InputError(f"blend shapes, which are curves of a face; allowed: {ALLOWED}")
     if all("time" in event and "type" in event for event in events):
         return _polly(events)
+    if _are_cues(events):
+        return _mouth_cues({"mouthcues": [*events]})
     if all(OFFSETS & event.keys() and {"text", "word"} & event.keys() for event in events):
         return _azure_words(events)
     labels = _anywhere(values)
     if labels.phones or labels.words:
-        return labels
+        is_set = all("viseme" in event for event in events)
+        kind = visemes_of(text for _, _, text in labels.phones) if is_set else ""
+        return replace(labels, alphabet=kind)
     shown = ", ".join(list(events[0])[:6])
     raise InputError(f"records of {shown[:60]}; allowed: {ALLOWED}")
+
+
+def _are_cues(events: Sequence[Record]) -> bool:
+    """Whether events are mouth cues of Rhubarb without the record around them: words are more than
+    letters from A to H."""
+    letters = {str(event.get("value")) for event in events}
+    is_value = all(_key(event, PHONE_KEYS + LABEL_KEYS) == "value" for event in events)
+    return is_value and len(letters) > 1 and letters <= VISEMES["rhubarb"].keys()
 
 
 def _anywhere(value: Any, depth: int = 0) -> Labels:
@@ -388,11 +412,14 @@ def _inworld(events: Iterable[Record]) -> Labels:
 def _mfa(record: Record, choice: TierChoice) -> Labels:
     """MFA's JSON: tiers of entries [begin, end, label]."""
     tiers = record["tiers"]
-    if not isinstance(tiers, dict):
+    if isinstance(tiers, list):  # of praatIO, each with its name
+        pairs = [(tier.get("name", ""), tier) for tier in _records(tiers)]
+    elif isinstance(tiers, dict):
+        pairs = [(name, _plain(tier)) for name, tier in tiers.items()]
+    else:
         raise InputError(f"tiers of a {type(tiers).__name__}; allowed: {ALLOWED}")
     named = [
-        (str(name), [_entry(each) for each in _list(_plain(tier).get("entries"))])
-        for name, tier in tiers.items()
+        (str(name), [_entry(each) for each in _list(tier.get("entries"))]) for name, tier in pairs
     ]
     return choice.labels(named, lambda labels: Labels(words=labels))
 
@@ -407,78 +434,97 @@ def _entry(entry: Any) -> Label:
 
 def _segments(record: Record) -> Labels:
     """Whisper and WhisperX: words within segments."""
-    words = Labels()
+    words, phrases, untimed = Labels(), list[Label](), _Untimed()
     for segment in _records(record["segments"]):
-        labels, guessed = _between(segment)
-        words.words.extend(labels)
-        words.notes.extend(guessed)
-    if words.words:
+        labels = untimed.between(segment)
+        phrase = [] if labels else _timed(segment).words
+        words.words.extend([*labels, *phrase])
+        phrases += phrase
+    words.notes.extend(untimed.notes())
+    if phrases:
+        words.notes.append("words are looked for within the times of their segments")
+    if len(words.words) > len(phrases):
         return words
     for key in ("words", "wordsegments"):
         if record.get(key):
             return _words({"words": record[key]})
-    phrases = _anywhere(record["segments"]).words
     if not phrases:
         raise InputError(
             "segments without words; allowed: word timestamps; make them with the words"
         )
-    return Labels(words=phrases, notes=["words are looked for within the times of their segments"])
+    return words
 
 
-def _between(segment: Record) -> tuple[list[Label], list[str]]:
-    """Words of a segment, and a note on those without times: they share what the others leave.
+@dataclass
+class _Untimed:
+    """Words without times: they share what their neighbours leave, if that is known.
 
-    WhisperX has none for numbers, since its letters have none.
+    WhisperX has none for numbers, since its letters have none; Gentle for what it did not find.
     """
-    words = [
-        word for word in _records(segment.get("words") or []) if word.get("type") not in NOT_SAID
-    ]
-    at = finite_number(segment.get("start"))
-    until = finite_number(segment.get("end"))
-    labels: list[Label] = []
-    waiting: list[str] = []
-    notes = []
-    for word in [*words, None] if any(word.get("start") is not None for word in words) else []:
-        if word is not None and word.get("start") is None:
-            label = str(word.get(_key(word, LABEL_KEYS), ""))
-            waiting += [label.rstrip()] if any(map(str.isalnum, label)) else []
-            continue
-        timed = [] if word is None else [_word(word)]
-        end = timed[0][0] if timed else until
-        named = ", ".join(map(str.strip, waiting))[:60]
-        if waiting and at is not None and end is not None and at < end:
-            part = (end - at) / len(waiting)
-            labels += [(at + i * part, at + (i + 1) * part, w) for i, w in enumerate(waiting)]
-            notes.append(f"{named!r} has no time and is looked for in between")
-        elif waiting:
-            notes.append(f"{named!r} has no time and is left out")
-        labels, waiting, at = [*labels, *timed], [], timed[0][1] if timed else at
-    return labels, notes
+
+    placed: list[str] = field(default_factory=list)
+    lost: list[str] = field(default_factory=list)
+
+    def between(self, segment: Record) -> list[Label]:
+        """The words of a segment."""
+        words = [each for each in _records(segment.get("words") or []) if _is_said(each)]
+        at = finite_number(segment.get("start"))
+        until = finite_number(segment.get("end"))
+        labels: list[Label] = []
+        waiting: list[str] = []
+        for word in [*words, None] if any(map(_has_start, words)) else []:
+            if word is not None and not _has_start(word):
+                label = str(word.get(_key(word, LABEL_KEYS), ""))
+                waiting += [label.rstrip()] if any(map(str.isalnum, label)) else []
+                continue
+            timed = [] if word is None else [_word(word)]
+            end = timed[0][0] if timed else until
+            if waiting and at is not None and end is not None and at < end:
+                part = (end - at) / len(waiting)
+                labels += [(at + i * part, at + (i + 1) * part, w) for i, w in enumerate(waiting)]
+                self.placed += waiting
+            else:
+                self.lost += waiting
+            labels, waiting, at = [*labels, *timed], [], timed[0][1] if timed else at
+        return labels
+
+    def notes(self) -> list[str]:
+        """What to know about them."""
+        dealt = ((self.placed, "looked for in between"), (self.lost, "left out"))
+        named = ((len(words), ", ".join(map(str.strip, words))[:60], how) for words, how in dealt)
+        return [f"words without times, {n} ({names}), are {how}" for n, names, how in named if n]
+
+
+def _is_said(word: Record) -> bool:
+    return word.get("type") not in NOT_SAID
+
+
+def _has_start(word: Record) -> bool:
+    return word.get(_key(word, STARTS)) is not None
 
 
 def _words(record: Record) -> Labels:
     """A list of words of an engine or recogniser; Gentle's with phones and their durations."""
     if _is_texts(record["words"]):
         return Labels(words=_columns(record, "words", ("wtimes", "wdurations")))
-    labels, missed = Labels(), 0
-    if any("offset" in word for word in _records(record["words"])):
-        return _azure_assessment(_records(record["words"]))
-    for word in _records(record["words"]):
-        start = word.get(_key(word, STARTS))
-        if start is None or word.get("type") in NOT_SAID:  # Gentle did not find it
-            missed += start is None and word.get("type") not in NOT_SAID
-            continue
-        labels.words.append(_word(word))
-        at = seconds_of(_number(start), "start of a word")
-        for phone in _records(word.get("phones") or []):
-            length = seconds_of(phone.get("duration"), "duration of a phone")
-            if "start" in phone:
-                at = seconds_of(phone["start"], "start of a phone")
-            labels.phones.append((at, at + length, _text(phone.get("phone"))))
-            at += length
-    if missed:
-        labels.notes.append(f"{missed} words without times are left out")
-    return labels
+    entries = _records(record["words"])
+    if any("offset" in word for word in entries):
+        return _azure_assessment(entries)
+    untimed = _Untimed()
+    words, phones = untimed.between({"start": 0.0, **record}), list[Label]()
+    silent = dict.fromkeys(words)
+    for word in filter(_has_start, entries):
+        inner = _records(word.get("phones") or word.get("phonemes") or [])
+        if inner and _is_said(word):
+            silent.pop(_word(word), None)
+            at = seconds_of(_number(word.get(_key(word, STARTS))), "start of a word")
+            for phone in inner:  # Gentle's have lengths alone
+                begun = phone if _key(phone, STARTS) else {**phone, "start": at}
+                phones.append(_word(begun))
+                at = phones[-1][1]
+    if phones:  # nobody says which those of the others are
+        phones += [(start, end, "spn") for start, end, _ in silent]
+    return Labels(phones, words, notes=untimed.notes())
 
 
 def _phones(key: str) -> Callable[[Record], Labels]:
@@ -503,8 +549,7 @@ def _visemes(record: Record) -> Labels:
             return _from_list(entries)
         allowed = '["PP", 0.1, 0.2] in s, [100, 21] of Azure, or records'
         raise InputError.about("visemes", found=str(entries[0])[:40], allowed=allowed)
-    phones = [(start, end, name.removeprefix("viseme_")) for start, end, name in rows]
-    return Labels(phones=phones, alphabet="oculus")
+    return Labels(phones=rows, alphabet="oculus")
 
 
 def _mouth_cues(record: Record) -> Labels:

@@ -1,4 +1,4 @@
-"""Reads times of phones and mouth pictures from lines of text, and from Rhubarb's XML.
+"""Reads times of phones and mouth pictures from lines of text, and from XML.
 
 MBROLA (.pho), labels of Audacity, HTK (HTS), TIMIT and ESPS, lines of two times and a text,
 Rhubarb's .tsv, Moho's .dat, Papagayo's .pgo.
@@ -13,6 +13,7 @@ from dataclasses import replace
 
 from elocute.errors import InputError
 from elocute.speech.phone_symbols import alphabet_of, phone_of
+from elocute.speech.times.elan import ROOT as ELAN_ROOT, parse_eaf
 from elocute.speech.times.labels import (
     CLOCK,
     LABELS_MAX,
@@ -22,6 +23,7 @@ from elocute.speech.times.labels import (
     seconds_of,
     until_next,
 )
+from elocute.speech.times.tier_choice import TierChoice
 
 MOHO_FPS = 24.0
 HTK_S, TIMIT_S, GRID_S = 1e-7, 1 / 16_000, 1 / 25_000
@@ -78,15 +80,18 @@ def parse_lines(text: str) -> Labels | None:
     return None
 
 
-def parse_cue_xml(text: str) -> Labels:
-    """Labels of Rhubarb's XML. Raises InputError for any other XML."""
-    allowed = "mouth cues in Rhubarb's XML"
+def parse_xml(text: str, choice: TierChoice) -> Labels:
+    """Labels of Rhubarb's XML, or of a tier of ELAN's. Raises InputError for any other XML."""
+    allowed = "mouth cues in Rhubarb's XML, or annotations of ELAN (.eaf)"
     if "<!" in text:  # a document type can name other files, and entities that grow
         raise InputError.about("XML", found="declarations", allowed=allowed)
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
         raise InputError.about("XML", found=str(error), allowed=allowed) from None
+    if root.tag == ELAN_ROOT:
+        return parse_eaf(root, choice, phones_or_words)
+    choice.check_unused()
     cues = [cue for cue in root.iter() if cue.tag.lower() == "mouthcue"]
     if not cues:
         remedy = "save subtitles as .srt or .vtt"

@@ -1,11 +1,13 @@
 """Reads times of phones or words from a file of any program.
 
-Known are TextGrid (Praat, MFA, WebMAUS, SPPAS), tables and lines (CTM, CSV, MBROLA, labels, mouth
-cues), captions (.srt, .vtt, .ass, .lrc), and JSON of speech engines, recognisers and aligners.
+Known are TextGrid (Praat, MFA, WebMAUS, SPPAS), ELAN's .eaf, tables and lines (CTM, CSV, MBROLA,
+labels, mouth cues), captions (.srt, .vtt, .ass, .lrc), and JSON of speech engines, recognisers and
+aligners.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,8 +19,12 @@ from elocute.speech.phone_symbols import (
     ALPHABETS,
     PROLONGS,
     REST,
+    RESTS,
     SPOKEN_NOISE,
+    UNSAID,
+    VISEMES,
     alphabet_of,
+    is_word,
     nearest_symbols,
     phone_of,
 )
@@ -26,7 +32,7 @@ from elocute.speech.text.script_text import left_out_note, speakers_of, spoken_s
 from elocute.speech.times.captions import is_captions, words_of_captions
 from elocute.speech.times.csv_and_ctm import has_columns, parse_csv, parse_ctm
 from elocute.speech.times.engine_json import parse_json_times
-from elocute.speech.times.label_lines import parse_cue_xml, parse_lines, phones_or_words
+from elocute.speech.times.label_lines import parse_lines, parse_xml, phones_or_words
 from elocute.speech.times.labels import BYTES_MAX, Label, Labels
 from elocute.speech.times.textgrid import TextGridInterval, parse_tiers
 from elocute.speech.times.tier_choice import TierChoice
@@ -49,6 +55,8 @@ PHONE_MAX_S, PHRASE_MAX_S = 5.0, 40.0
 FASTEST = 60.0
 """More phones in a second than this mean that the times are in another unit."""
 NAMED_MAX = 5
+_VARIANT = re.compile(r"(?<=\w)\(\d\)$")
+"""Behind a word of which a dictionary of CMU's knows several pronunciations."""
 
 
 @dataclass(frozen=True)
@@ -126,8 +134,8 @@ def read_speech_times(
     path : str or Path
         The file; what it holds says which format it has.
     alphabet : str
-        How its phones are written: arpabet, ipa, x-sampa, espeak, pinyin or romaji; "auto" takes
-        the one that knows them.
+        How its phones are written: arpabet, ipa, x-sampa, espeak, pinyin, romaji, or as visemes
+        of azure, polly, oculus, rhubarb or blair; "auto" takes the one that knows them.
     stem : str
         The recording, where a CTM file holds several: the name of its sound without suffix.
     tier : str
@@ -166,7 +174,7 @@ def _labels(data: bytes, stem: str, choice: TierChoice) -> Labels:
             allowed="text",
             remedy="save it as a text file in Praat",
         )
-    text = decoded_text(data, "text", TIMES_FILE)
+    text = decoded_text(data, "text", replace(TIMES_FILE, remedy="save it in UTF-8"))
     start = text.lstrip()[:1]
     if not start:
         raise InputError(f"an empty file; allowed: {ALLOWED}")
@@ -174,18 +182,18 @@ def _labels(data: bytes, stem: str, choice: TierChoice) -> Labels:
         tiers, _ = parse_tiers(data)
         named = [(name, _rows(rows or ())) for name, rows in tiers]  # points are no stretches
         return choice.labels(named, phones_or_words)
-    lines = None if start == "<" else parse_lines(text)
-    shows_captions = start != "<" and lines is None and is_captions(text)
+    if start == "<":
+        return parse_xml(text, choice)
+    lines = parse_lines(text)
+    shows_captions = lines is None and is_captions(text)
     if lines is None and not shows_captions:
         if start in "[{":
             return parse_json_times(text, choice)
-        if start != "<" and has_columns(text):
+        if has_columns(text):
             return parse_csv(text, choice, phones_or_words)
     choice.check_unused()
-    if start == "<":
-        return parse_cue_xml(text)
     if shows_captions:
-        return Labels(words=words_of_captions(text))
+        return words_of_captions(text)
     return lines or phones_or_words(parse_ctm(text, stem))
 
 
@@ -222,7 +230,7 @@ def _said(labels: Labels) -> Labels:
 def _words_of(labels: Labels) -> SpeechTimes:
     labels = _said(labels)
     spoken = _spoken_words(labels)
-    momentary = [text for start, end, text in labels.words if start == end and _is_said(text)]
+    momentary = [text for start, end, text in labels.words if start == end and is_word(text)]
     if not spoken and momentary:
         raise InputError.about(
             "words", found="no length", allowed="words that end after they begin"
@@ -233,12 +241,11 @@ def _words_of(labels: Labels) -> SpeechTimes:
     if momentary:
         named = ", ".join(repr(each[:20]) for each in momentary[:NAMED_MAX])
         notes.append(f"words without length, {len(momentary)} ({named}), are left out")
+    doubtful = dict.fromkeys(word for _, _, word in spoken if word in (*RESTS, *UNSAID))
+    if doubtful:
+        named = ", ".join([*map(repr, doubtful)][:NAMED_MAX])
+        notes.append(f"{named}: taken for words that are said; for a sound, write [laughter]")
     return SpeechTimes(words=tuple(spoken), notes=tuple(notes))
-
-
-def _is_said(text: str) -> bool:
-    rests = (REST, SPOKEN_NOISE)
-    return any(map(str.isalnum, text)) and phone_of(text.lower(), "polly") not in rests
 
 
 def _spoken_words(labels: Labels) -> list[Label]:
@@ -247,11 +254,10 @@ def _spoken_words(labels: Labels) -> list[Label]:
 
     labelled = _in_order(labels.words, "word")
     spoken = [
-        (start, end, part)
+        (start, end, _VARIANT.sub("", part))
         for start, end, label in ((a, b, shown_letters(label)) for a, b, label in labelled)
-        if phone_of(label.lower(), "polly") not in (REST, SPOKEN_NOISE)
         for part in ([word.text for word in words_of_text(label)] if " " in label else [label])
-        if any(map(str.isalnum, part))
+        if is_word(part)
     ]
     for _, _, word in spoken:
         if not is_printable(word) or len(word) > 120:
@@ -291,6 +297,10 @@ def _phones_of(labels: Labels, alphabet: str) -> SpeechTimes:
         raise InputError(f"no phones among {len(met)} labels; allowed: {ALLOWED}")
     _check_rate(spoken)
     notes = [*labels.notes]
+    if chosen in VISEMES and chosen not in (labels.alphabet, alphabet):
+        notes.append(f"symbols were taken for visemes: {chosen}; `phone set` takes others")
+    elif {*symbols} <= {"", *VISEMES["rhubarb"]} and "x-sampa" == chosen != alphabet:
+        notes.append("symbols were taken for x-sampa; `phone set` rhubarb takes mouth cues")
     if overlaps:
         notes.append(f"phones that overlap, {overlaps} times, meet in the middle")
     if unknown:

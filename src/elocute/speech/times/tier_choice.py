@@ -14,7 +14,7 @@ TOLD_MAX = 6
 # Names as MFA, WebMAUS, SPPAS, Praat's users and corpora write them, the best first; all of them
 # before any that only has such a part.
 PHONES = ("phones", "phone", "mau", "phonalign", "phonemes", "phoneme", "segments", "segment")
-PHONES += ("phn", "sampa", "ipa", "phonetic")
+PHONES += ("phn", "sampa", "ipa", "phonetic", "visemes", "viseme")
 WORDS = ("words", "word", "ort-mau", "tokensalign", "tokens", "token", "orthography", "ort")
 # Parts of names of tiers that hold a whole word or syllable in one label.
 OTHERS = frozenset(["kan", "kas", "mas", "trn", "tok", "syll", "syllable", "syllables"])
@@ -89,6 +89,17 @@ class TierChoice:
         if not of_speaker:
             raise _fault(tiers, every, f"a tier of `speaker` {self.speaker[:40]!r}")
         return of_speaker
+
+
+def check_one_speaker(names: Sequence[str]) -> None:
+    """Raise InputError for a file of several speakers, of whom none was chosen."""
+    if len(names) > 1:
+        raise InputError.about(
+            "speakers",
+            found=", ".join(names[:5]),
+            allowed="one in a file",
+            remedy="name one with `speaker`",
+        )
 
 
 def _made(

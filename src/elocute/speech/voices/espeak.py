@@ -117,15 +117,6 @@ def spell(words: Sequence[str], settings: VoiceSettings) -> dict[str, tuple[str,
     }
 
 
-def has_espeak() -> bool:
-    """Whether espeak-ng can be used on this machine."""
-    try:
-        _said("a", VoiceSettings())
-    except MachineError:
-        return False
-    return True
-
-
 def _said(
     text: str, settings: VoiceSettings, alone: Sequence[str] = ()
 ) -> tuple[dict[str, Any], Float32Array, int]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 
 from elocute.speech.spoken_text import SpokenText, Voice
+from elocute.speech.text.script_text import without_tags
 from elocute.speech.voices.settings import VoiceSettings
 
 
@@ -14,7 +15,7 @@ def speak(text: str, settings: VoiceSettings | None = None) -> SpokenText:
     Parameters
     ----------
     text : str
-        What is said, in the language of the voice.
+        What is said, in the language of the voice; tags of SSML in it are no words.
     settings : VoiceSettings, optional
         The synthesiser and its voice.
 
@@ -31,4 +32,4 @@ def speak(text: str, settings: VoiceSettings | None = None) -> SpokenText:
     """
     settings = settings or VoiceSettings()
     voice: Voice = importlib.import_module(f"elocute.speech.voices.{settings.engine}").speak
-    return voice(text, settings)
+    return voice(without_tags(text) if isinstance(text, str) else text, settings)

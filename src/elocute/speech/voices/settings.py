@@ -67,7 +67,7 @@ class VoiceSettings:
 
     language: str = setting("en-us", help="Language of the text: de, fr, en-GB, zh-CN.")
     voice: str = setting("", help="Voice of espeak-ng: f2, m3, Annie; its own for each language.")
-    words_per_minute: int = setting(165, low=80, high=450, help="How fast the text is spoken.")
+    words_per_minute: int = setting(165, low=80, high=450, help="Words spoken in a minute.")
     pitch: int = setting(50, low=0, high=99, help="Pitch of the voice.")
     engine: str = setting("espeak", choices=ENGINES, help="Speech synthesiser.")
 

@@ -82,8 +82,8 @@ class Study(Checked):
     """What people are told and asked."""
 
     title: str = setting(help="Shown on the page and in the report.")
-    kind: str = setting(choices=KINDS, help="What is asked in each trial.")
-    contact: str = setting(help="Who answers questions and deletes answers: a name and an address.")
+    kind: str = setting(choices=KINDS, help="Question of each trial.")
+    contact: str = setting(help="Contact for questions and deletion: a name and an address.")
     seed: int = setting(1, low=0, high=SEED_MAX, help="Seed of every order, side and assignment.")
     question: dict[str, str] = field(default_factory=dict, hash=False)
     """Asked in each trial, by language; {} is the page's own question for the kind."""
@@ -150,7 +150,7 @@ class Condition(Checked):
     contacts: str = setting(
         "auto", choices=("auto", "off"), help="Whether lip contacts are laid over."
     )
-    life: str = setting("1", help="How much moves beside the mouth, 0 to 1.")
+    life: str = setting("1", help="Amount of motion beside the mouth, 0 to 1.")
     strength: float = setting(1.0, low=0.0, high=2.0, help="How far the mouth moves.")
     still: bool = setting(False, help="Whether the face rests: an anchor, or the sound alone.")
     mismatched: bool = setting(False, help="Whether it moves to the sound of another sentence.")
@@ -159,7 +159,7 @@ class Condition(Checked):
         None, unit="dB", low=-40, high=60, help="Ratio of the voice to noise of its own spectrum."
     )
     offset_ms: float = setting(
-        0.0, unit="ms", low=-1000, high=1000, help="How much later than the picture the sound is."
+        0.0, unit="ms", low=-1000, high=1000, help="Delay of the sound behind the picture."
     )
     reference_for: str = setting(
         "", help="In style studies, the condition whose manner this one's clips show."
@@ -232,7 +232,7 @@ class Stimuli(Checked):
     identities: tuple[str, ...] = ("mean",)
     """Faces of the built-in head; names of others' videos."""
     views: tuple[str, ...] = ("front",)
-    """Where the camera stands."""
+    """Camera position."""
     size: tuple[int, int] = setting(
         (512, 512), unit="pixels", low=64, high=2048, help="Width and height of every video."
     )
@@ -430,7 +430,7 @@ class Panel(Checked):
     """
 
     parameter: str = setting(
-        "", help="Of the link, the parameter with a person's id; by default the panels' own names."
+        "", help="Parameter of the link that holds a person's id; by default the panels' own names."
     )
     required: bool = setting(False, help="Whether only people with such an id are let in.")
     return_to: str = setting(

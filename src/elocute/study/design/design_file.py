@@ -95,12 +95,13 @@ class _Reader:
                 raise
             raise self._placed(str(error)) from None
 
-    def _conditions(self, given: object) -> tuple[Condition, ...]:
-        if not isinstance(given, list) or not 0 < len(given) <= ITEMS_MAX:
+    def _conditions(self, entries: object) -> tuple[Condition, ...]:
+        if not isinstance(entries, list) or not 0 < len(entries) <= ITEMS_MAX:
             allowed = f"1 to {ITEMS_MAX} tables [[conditions]]"
             raise self._error(0, "[[conditions]]", "none", allowed, named="conditions")
         return tuple(
-            self._section("conditions", Condition, each, place) for place, each in enumerate(given)
+            self._section("conditions", Condition, each, place)
+            for place, each in enumerate(entries)
         )
 
     def _section(self, name: str, kind: type, table: object, place: int = 0) -> Any:
@@ -196,11 +197,11 @@ def _sounds(value: object) -> tuple[StimulusSound, ...]:
     return tuple(_sound(each) for each in value)
 
 
-def _sound(given: object) -> StimulusSound:
-    table = {"file": given} if isinstance(given, str) else given
+def _sound(entry: object) -> StimulusSound:
+    table = {"file": entry} if isinstance(entry, str) else entry
     if not isinstance(table, dict) or not isinstance(table.get("file"), str) or not table["file"]:
         raise StudyError.about(
-            "`sounds`", found=repr(given)[:60], allowed='"one.wav" or {file = "one.wav", …}'
+            "`sounds`", found=repr(entry)[:60], allowed='"one.wav" or {file = "one.wav", …}'
         )
     unknown = sorted(set(table) - set(SOUND_FIELDS))
     if unknown:

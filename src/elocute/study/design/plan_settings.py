@@ -32,9 +32,9 @@ class Plan:
     )
     stimuli: int = setting(10, low=1, high=1_000, help="Sentences and faces that it is shown with.")
     people_sd: float = setting(
-        0.6, low=0, high=5, unit="logits", help="How far people differ in what they prefer."
+        0.6, low=0, high=5, unit="logits", help="Spread of preferences between people."
     )
-    stimuli_sd: float = setting(0.3, low=0, high=5, unit="logits", help="How far stimuli differ.")
+    stimuli_sd: float = setting(0.3, low=0, high=5, unit="logits", help="The same between stimuli.")
     lapses: float = setting(0.05, low=0, high=0.9, help="Share of answers given at random.")
     power: float = setting(0.8, low=0.05, high=0.999, help="Share of studies that are to find it.")
     confidence: float = setting(0.95, low=0.5, high=0.9999, help="Confidence of the test.")

@@ -115,7 +115,7 @@ class Answer:
 COLUMNS = tuple(each.name for each in fields(Answer))
 """In the order of every file."""
 NUMBERS = {"group": int, "order": int, "replays": int, "seconds": float}
-"""Columns that are no texts."""
+"""Columns that are no texts. Of whole ones pandas may write 3.0."""
 
 
 def _is(pattern: re.Pattern[str], text: object) -> bool:
@@ -250,10 +250,14 @@ def _answer(path: Path, place: int, row: Mapping[str, Any]) -> Answer:
             raise StudyError.about(f"{path} row {place}", found=f"no `{name}`", allowed=_ALLOWED)
         kind = NUMBERS.get(name, str)
         try:
-            values[name] = kind(value)
+            values[name] = kind(value if kind is str else float(value))
+            if kind is int and values[name] != float(value):
+                raise ValueError("no whole number")
         except (ValueError, OverflowError, TypeError):
             raise StudyError.about(
-                f"{path} row {place} `{name}`", found=repr(value)[:WORD_MAX], allowed="a number"
+                f"{path} row {place} `{name}`",
+                found=repr(value)[:WORD_MAX],
+                allowed="a whole number" if kind is int else "a number",
             ) from None
     try:
         return Answer(**values)

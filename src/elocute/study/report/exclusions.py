@@ -116,15 +116,15 @@ def keep(design: Design, answers: Sequence[Answer]) -> Kept:
     lengths = _sequence_lengths(of_person.values())
     excluded, tests, repeats, obvious = [], [], [], []
     soon = late = 0
-    for person, given in of_person.items():
-        broken = _broken(design, given, lengths)
+    for person, own in of_person.items():
+        broken = _broken(design, own, lengths)
         if broken:
-            count = sum(each.role == "test" for each in given)
+            count = sum(each.role == "test" for each in own)
             excluded.append(Exclusion(person, *broken, count))
             continue
-        obvious += [each for each in given if each.role in ("qualification", "catch")]
+        obvious += [each for each in own if each.role in ("qualification", "catch")]
         first: dict[str, Answer] = {}
-        for each in (each for each in given if each.role == "test"):
+        for each in (each for each in own if each.role == "test"):
             if each.seconds < design.exclusions.seconds_min:
                 soon += 1
             elif each.seconds > design.exclusions.seconds_max:
@@ -140,29 +140,29 @@ def keep(design: Design, answers: Sequence[Answer]) -> Kept:
 def _sequence_lengths(people: Iterable[Sequence[Answer]]) -> Mapping[int, int]:
     """How long the sequence of each group is, by who came furthest in it."""
     lengths: Counter[int] = Counter()
-    for given in people:
-        for each in given:
+    for answers in people:
+        for each in answers:
             lengths[each.group] = max(lengths[each.group], each.order)
     return lengths
 
 
 def _broken(
-    design: Design, given: Sequence[Answer], lengths: Mapping[int, int]
+    design: Design, answers: Sequence[Answer], lengths: Mapping[int, int]
 ) -> tuple[str, str] | None:
     """The first rule that a person broke, and how."""
     rules = design.exclusions
-    asked = [each for each in given if each.role == "qualification"]
+    asked = [each for each in answers if each.role == "qualification"]
     right = sum(each.answer == each.correct for each in asked)
     if rules.qualification and asked and right < min(design.qualification.needed, len(asked)):
         return "qualification", f"{right} of {len(asked)} right"
-    catches = [each for each in given if each.role == "catch"]
+    catches = [each for each in answers if each.role == "catch"]
     missed = sum(each.answer != each.correct for each in catches)
     if missed > rules.catches_missed:
         return "catches_missed", f"{missed} of {len(catches)} missed"
-    length = max(lengths[given[0].group], len(given))
-    if len(given) < rules.answered * length - 1e-9:
-        return "answered", f"{len(given)} of {length}"
-    tests = [each for each in given if each.role == "test"]
+    length = max(lengths[answers[0].group], len(answers))
+    if len(answers) < rules.answered * length - 1e-9:
+        return "answered", f"{len(answers)} of {length}"
+    tests = [each for each in answers if each.role == "test"]
     sided = [each for each in tests if each.right]
     lefts = sum(each.answer == each.left for each in sided)
     most = max(lefts, len(sided) - lefts)

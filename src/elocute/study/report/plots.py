@@ -31,7 +31,7 @@ def interval_plot(
     `along` names the axis, `number` is the format of what is told, and `marks` are `middle` and
     `band` as for `_draw_intervals`.
     """
-    told = "; ".join(
+    description = "; ".join(
         f"{name} {100 * each.value:.0f} %" if percent else f"{name} {each.value:{number}}"
         for name, each in zip(names, list(series.values())[-1], strict=True)
     )
@@ -42,7 +42,7 @@ def interval_plot(
             axes.set_xlim(*limits)
         axes.set_xlabel(along)
 
-    return Plot(table.name, table.title, told, draw, height)
+    return Plot(table.name, table.title, description, draw, height)
 
 
 def _draw_intervals(

@@ -99,8 +99,8 @@ def make_report(
 def _facts(design: Design, answers: Sequence[Answer], kept: Kept) -> list[tuple[str, str]]:
     people = len(kept.people)
     left = people - len(kept.excluded)
-    given = design.study.question
-    asked = given.get("") or given.get("en") or ASKED[design.study.kind]
+    question = design.study.question
+    asked = question.get("") or question.get("en") or ASKED[design.study.kind]
     times = sorted(each.answered_at for each in answers)
     return [
         ("asked", printable(asked)),

@@ -72,8 +72,8 @@ def _figure(plot: Plot) -> str:
         plot_svg(plot),
         count=1,
     )
-    told = f'<desc id="{title}-told">{html.escape(plot.told)}</desc>'
-    drawing = re.sub(r"(<svg [^>]*>)", lambda found: found[1] + told, drawing, count=1)
+    description = f'<desc id="{title}-told">{html.escape(plot.told)}</desc>'
+    drawing = re.sub(r"(<svg [^>]*>)", lambda found: found[1] + description, drawing, count=1)
     caption = f'<figcaption id="{title}">{html.escape(plot.title)}</figcaption>'
     return f"<figure>{caption}{drawing}</figure>"
 

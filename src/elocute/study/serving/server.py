@@ -20,6 +20,8 @@ from urllib.parse import quote
 from elocute.errors import StudyError, needs_extra
 from elocute.files.json_records import as_record, parse_json
 from elocute.files.reading import FileKind
+from elocute.serving.gate import Rates, host_names
+from elocute.serving.guard import Guard
 from elocute.study.design.design import WORD_MAX
 from elocute.study.design.trials import (
     Clip,
@@ -31,7 +33,6 @@ from elocute.study.design.trials import (
     videos_of,
 )
 from elocute.study.report.answers import answers_text
-from elocute.study.serving.guard import Guard, Rates, host_names
 from elocute.study.serving.store import (
     ACTIVE,
     DONE,
@@ -66,9 +67,9 @@ SLACK_S = 5.0
 """How much longer than the server has seen a person may say to have needed."""
 TEXTS_FILE = FileKind("texts", 200_000, StudyError)
 NUMBER = re.compile(r"\d{1,3}")
-PANEL_VALUE = re.compile(r"(?!.*(?:\{\{|\$\{|%%|\[%))[^\x00-\x1f\x7f]{1,200}")
+PANEL_VALUE = re.compile(r"(?!.*%\w+%)[^\x00-\x1f\x7f{}\[\]<>]{1,200}")
 """What a panel calls a person, a study or a session; never what a panel has left unfilled, as
-{{%PROLIFIC_PID%}}: everybody would be one person."""
+{{%PROLIFIC_PID%}}, [%RID%] or %SURVEY_CODE%: everybody would be one person."""
 
 
 @dataclass(frozen=True)
@@ -235,15 +236,15 @@ class StudyService:
         """Store an answer. Raises RefusedError, StoreError."""
         known = {"order", "answer", "seconds", "replays", "late_ms", "dropped"}
         _only(body, known, {"order", "answer", "seconds", "replays"})
-        order, given = body["order"], body["answer"]
+        order, choice = body["order"], body["answer"]
         seconds, replays = body["seconds"], body["replays"]
         late, dropped = body.get("late_ms"), body.get("dropped")
         watching = self.study.design.watching
         fits = (
             type(order) is int
             and 1 <= order <= len(person.shown)
-            and isinstance(given, str)
-            and 0 < len(given) <= WORD_MAX
+            and isinstance(choice, str)
+            and 0 < len(choice) <= WORD_MAX
             and _is_number(seconds, 0, 1e6)
             and type(replays) is int
             and 0 <= replays <= watching.replays
@@ -257,7 +258,7 @@ class StudyService:
         if person.state != ACTIVE or person.checks is None or order != person.answered + 1:
             raise RefusedError("order")
         shown = person.shown[order - 1]
-        answer = _answer(shown, given)
+        answer = _answer(shown, choice)
         # A clock that was set back says nothing of how long it took; the page's own does.
         elapsed = now - person.last_at if now >= person.last_at else float(seconds)
         watched = sum(self._videos[video.name].seconds for video in videos_of(shown.trial))
@@ -278,15 +279,15 @@ class StudyService:
         )
 
 
-def _answer(shown: Shown, given: str) -> str:
+def _answer(shown: Shown, choice: str) -> str:
     """The answer as the table has it. Raises RefusedError for one that is not offered."""
     if shown.offers:
-        if given not in shown.offers:
+        if choice not in shown.offers:
             raise RefusedError("invalid")
-        return {"left": shown.left, "right": shown.right}[given] if shown.right else given
-    if not NUMBER.fullmatch(given) or not given.isascii() or int(given) > 100:
+        return {"left": shown.left, "right": shown.right}[choice] if shown.right else choice
+    if not NUMBER.fullmatch(choice) or not choice.isascii() or int(choice) > 100:
         raise RefusedError("invalid")
-    return str(int(given))
+    return str(int(choice))
 
 
 def _only(body: dict[str, Any], known: set[str], needed: set[str]) -> None:
@@ -298,12 +299,12 @@ def _is_token(value: object) -> bool:
     return isinstance(value, str) and re.fullmatch(r"[A-Za-z0-9_-]{20,64}", value) is not None
 
 
-def _is_panel(given: object) -> bool:
+def _is_panel(fields: object) -> bool:
     """Whether it is what the link of a panel brings: an id, and the panel's study and session."""
     return (
-        isinstance(given, dict)
-        and {"id"} <= set(given) <= {"id", "study", "session"}
-        and all(isinstance(each, str) and PANEL_VALUE.fullmatch(each) for each in given.values())
+        isinstance(fields, dict)
+        and {"id"} <= set(fields) <= {"id", "study", "session"}
+        and all(isinstance(each, str) and PANEL_VALUE.fullmatch(each) for each in fields.values())
     )
 
 
@@ -467,10 +468,10 @@ def _add_admin(
     def check(request: Request) -> None:
         scheme, _, token = (request.headers.get("authorization") or "").partition(" ")
         wanted = service.serving.admin_token.encode()
-        given = token.encode("utf-8", "replace")
+        token_bytes = token.encode("utf-8", "replace")
         if not guessing.allows(f"admin {sender(request)}"):
             raise RefusedError("often")
-        if scheme != "Bearer" or not hmac.compare_digest(given, wanted):
+        if scheme != "Bearer" or not hmac.compare_digest(token_bytes, wanted):
             raise RefusedError("gone")
 
     @app.get(f"{ADMIN}status")

@@ -25,7 +25,7 @@ from elocute.errors import MachineError, StudyError, needs_extra
 from elocute.study.design.design import Design
 from elocute.study.design.trials import Clip, Shown, Trial, block_count, sequence
 from elocute.study.report.answers import COLUMNS, Answer, answer_to
-from elocute.study.serving.guard import SteadyClock
+from elocute.study.serving.clock import SteadyClock
 
 with needs_extra("serving a study", "study"):
     import sqlalchemy as sql

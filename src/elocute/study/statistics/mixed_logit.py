@@ -181,10 +181,10 @@ class _Problem:
         return -2 * float(self.yes @ eta - self.trials @ np.logaddexp(0, eta))
 
     def _by_member(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        found = np.zeros(self.count)
+        sums = np.zeros(self.count)
         for place in self.places:
-            found += np.bincount(place, rows, self.count)
-        return found
+            sums += np.bincount(place, rows, self.count)
+        return sums
 
     def _solve(
         self, weight: NDArray[np.float64], scale: NDArray[np.float64], slope: NDArray[np.float64]

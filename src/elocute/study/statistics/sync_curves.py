@@ -89,9 +89,9 @@ def fit_sync_curve(
 
     at = [start.early, np.log(max(start.late - start.early, 1.0)), np.log(max(start.sd, 1.0))]
     bounds = [(-3 * span, 3 * span), (0.0, np.log(6 * span)), (0.0, np.log(6 * span))]
-    found = minimize(loss, np.array(at), method="L-BFGS-B", bounds=bounds)
-    found = minimize(loss, found.x, method="Nelder-Mead", bounds=bounds)
-    return curve(found.x)
+    fit = minimize(loss, np.array(at), method="L-BFGS-B", bounds=bounds)
+    fit = minimize(loss, fit.x, method="Nelder-Mead", bounds=bounds)
+    return curve(fit.x)
 
 
 def sync_section(design: Design, answers: Sequence[Answer]) -> Section:
@@ -121,12 +121,12 @@ def sync_section(design: Design, answers: Sequence[Answer]) -> Section:
         columns = ("clips", "synchrony felt at, ms", "early below, ms", "late above, ms")
         note = f"Intervals are over people; lapses are taken as {LAPSES:.0%} of answers."
         tables.append(Table("sync_bounds", "Bounds", (*columns, "deviation, ms"), fits, note))
-    told = "; ".join(
+    description = "; ".join(
         f"{t}: early below {c.early:.0f} ms, late above {c.late:.0f} ms"
         for t, _, _, c in curves
         if c
     )
-    plot = Plot("sync", "Offsets noticed", told, lambda axes: _draw(axes, curves), 3.4)
+    plot = Plot("sync", "Offsets noticed", description, lambda axes: _draw(axes, curves), 3.4)
     return Section("Synchrony", [], [plot], tables)
 
 

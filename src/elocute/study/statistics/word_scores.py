@@ -89,8 +89,8 @@ def _against_baseline(design: Design, scored: Sequence[Answer]) -> Table | None:
         effects.append((name, float(fitted.effects[1]), low, high, fitted.p_value(1)))
     p_values = corrected([each[-1] for each in effects], design.analysis.correction)
     rows: list[list[Cell]] = [
-        [name, *np.exp(np.clip(told, -LOG_MAX, LOG_MAX)).tolist(), p]
-        for (name, *told, _), p in zip(effects, p_values, strict=True)
+        [name, *np.exp(np.clip(interval, -LOG_MAX, LOG_MAX)).tolist(), p]
+        for (name, *interval, _), p in zip(effects, p_values, strict=True)
     ]
     columns = ("condition", f"odds against {baseline}", "low", "high", "p")
     return Table("words_baseline", "Against the baseline, by a mixed model", columns, rows)

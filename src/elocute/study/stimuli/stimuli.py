@@ -235,19 +235,19 @@ def _keys(design: Design, data: Path, clips: list[Clip], pairs: list[Pair]) -> d
         "seed": design.study.seed,
     }
     for clip in clips:
-        made = ClipMaking(design, data, clip)
-        files = [made.heard_file, made.seen_file, *source_files(made.source)]
-        told = {
+        making = ClipMaking(design, data, clip)
+        files = [making.heard_file, making.seen_file, *source_files(making.source)]
+        recipe = {
             **common,
             "clip": clip.name,
-            "condition": asdict(made.condition),
-            "sounds": [asdict(made.sound), asdict(made.moving)],
+            "condition": asdict(making.condition),
+            "sounds": [asdict(making.sound), asdict(making.moving)],
             "files": [digest(each) for each in files],
         }
-        keys[clip.name] = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+        keys[clip.name] = hashlib.sha256(json.dumps(recipe, sort_keys=True).encode()).hexdigest()
     for pair in pairs:
-        told = "+".join(keys[clip.name] for clip in pair.clips)
-        keys[pair.name] = hashlib.sha256(told.encode()).hexdigest()
+        recipe = "+".join(keys[clip.name] for clip in pair.clips)
+        keys[pair.name] = hashlib.sha256(recipe.encode()).hexdigest()
     return keys
 
 

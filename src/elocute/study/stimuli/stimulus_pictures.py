@@ -85,8 +85,8 @@ def source_files(source: PictureSource) -> list[Path]:
     if condition.videos:
         files.append(video_file(source.folder, condition, source.sound, source.face, source.view))
     elif condition.motion:
-        found = motion_file(source.folder, condition, source.sound, source.face)
-        files.append(found / CORPUS if found.is_dir() else found)
+        source_file = motion_file(source.folder, condition, source.sound, source.face)
+        files.append(source_file / CORPUS if source_file.is_dir() else source_file)
     named = [_file(source, field) for field in NAMES_OR_FILES]
     return [*files, *filter(None, named)]
 
@@ -123,7 +123,7 @@ def _animated(source: PictureSource) -> Motion:
 
     condition = source.condition
     named: dict[str, Any] = {"style": _named(source, "style")} if condition.style else {}
-    made = animate(
+    animation = animate(
         source.voice,
         fps=source.stimuli.fps,
         identity=source.face,
@@ -135,7 +135,7 @@ def _animated(source: PictureSource) -> Motion:
         look=_named(source, "look"),
         **named,
     )
-    return made.motion
+    return animation.motion
 
 
 def _stored(source: PictureSource, path: Path) -> Motion:
@@ -265,10 +265,12 @@ def shown_motion(source: PictureSource, times_s: Float64Array, *, around: bool =
 
 
 def _drawn(source: PictureSource, motion: Motion) -> Iterator[NDArray[np.uint8]]:
+    from elocute.export.drawn_character import drawn
     from elocute.export.options import PictureOptions
     from elocute.export.pictures import open_pictures
 
-    stimuli, motion = source.stimuli, motion.dressed()
+    stimuli = source.stimuli
+    motion = drawn(motion, stimuli.size[0] / stimuli.size[1])
     options = PictureOptions(
         size=stimuli.size,
         view=source.view,

@@ -61,8 +61,9 @@ class VocaTrainConfig(TrainingSettings):
     initialisers: str = setting(
         "xavier",
         choices=("xavier", "released"),
-        help="Of all layers but the decoder: Xavier's uniform, or the released code's normal "
-        "distributions cut at two standard deviations, 0.02 for convolutions and 0.1 for the rest.",
+        help="Initial weights of all layers but the decoder: Xavier's uniform, or the released "
+        "code's normal distributions cut at two standard deviations, 0.02 for convolutions and "
+        "0.1 for the rest.",
     )
     encoder: str = setting(
         "phones",

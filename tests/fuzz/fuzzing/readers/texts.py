@@ -118,6 +118,14 @@ def _edits(path: Path) -> None:
     read_edits(path)
 
 
+def _project(path: Path) -> None:
+    from elocute.studio import open_project
+
+    project = open_project(path)
+    project.record()
+    project.check()
+
+
 def _output_history(folder: Path, _out: Path) -> None:
     from elocute.files.output_history import recall_output, remember_output
 
@@ -151,7 +159,7 @@ READERS: tuple[Reader, ...] = (
             "*.json": "json",
             "*.marks": "text",
             **dict.fromkeys(("*.srt", "*.lrc", "*.pho", "*.lab", "*.pgo"), "text"),
-            **dict.fromkeys(("*.tsv", "*.dat", "*.xml"), "text"),
+            **dict.fromkeys(("*.tsv", "*.dat", "*.xml", "*.eaf"), "text"),
         },
         (
             "elocute.speech.times.read",
@@ -209,6 +217,7 @@ READERS: tuple[Reader, ...] = (
         ("elocute.export.curves_json",),
     ),
     Reader("edits", seeds.edit_lists, only(_edits), _JSON, ("elocute.motion.edits.edit_list",)),
+    Reader("project", seeds.projects, only(_project), _JSON, ("elocute.studio.project",)),
     Reader("names", seeds.names, only(_names), {"*.txt": "text"}, ("elocute.cli.name_lists",)),
     Reader(
         "output history",

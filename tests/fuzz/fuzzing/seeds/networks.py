@@ -84,7 +84,6 @@ def trunks(folder: Path) -> None:
         "kind": "trunk",
         "middle_mm": [6.7, 50.0, 0.0, 3.4],
         "spread_mm": [4.5, 4.2, 0.9, 3.7],
-        "opening_map": [[-1.0, 0.0, 2.0], [0.0, 5.0, 16.0]],
         "note": "a seed",
     }
     bands = torch.randn(1, 40 + 2 * CONTEXT - 1, 80)

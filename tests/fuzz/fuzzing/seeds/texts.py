@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -118,6 +119,10 @@ def phones(folder: Path) -> None:
         "a.lab": "0 3100000 sil\n3100000 4100000 m\n",
         "a.tsv": "0.00\tX\n0.10\tA\n0.20\tX\n",
         "a.dat": "MohoSwitch1\n1 rest\n3 MBP\n",
+        "a.eaf": '<ANNOTATION_DOCUMENT><TIME_SLOT TIME_SLOT_ID="a" TIME_VALUE="10"/>'
+        '<TIME_SLOT TIME_SLOT_ID="b" TIME_VALUE="90"/><TIER TIER_ID="words"><ALIGNABLE_ANNOTATION '
+        'TIME_SLOT_REF1="a" TIME_SLOT_REF2="b"><ANNOTATION_VALUE>hi</ANNOTATION_VALUE>'
+        "</ALIGNABLE_ANNOTATION></TIER></ANNOTATION_DOCUMENT>",
         "a.xml": '<rhubarbResult><mouthCue start="0" end="0.2">A</mouthCue></rhubarbResult>',
         "a.lrc": "[offset:+50]\n[00:01.00]Hi <00:01.50>you\n",
         "a.pgo": "lipsync version 1\na\n24\n9\n1\nv\nhi\n1\nhi\n1\n8\n1\nhi 1 8 1\n1 AI\n",
@@ -238,6 +243,23 @@ def edit_lists(folder: Path) -> None:
         (place(folder, edit["edit"]) / "take.json").write_text(json.dumps(record))
     record = {"elocute": "edits", "version": 1, "edits": edits}
     (place(folder, "all") / "take.json").write_text(json.dumps(record))
+
+
+def projects(folder: Path) -> None:
+    """The least that a project may be, and one of all that it may hold."""
+    least: dict[str, Any] = {"elocute_project": 1, "sound": "line.wav"}
+    whole = {
+        "text": "Hm.",
+        "language": "en-us",
+        "phones": [[0.1, 0.2, "HH"], [0.2, 0.4, "M"]],
+        "words": [[0.1, 0.4, "Hm."]],
+        "edits": [{"edit": "closed", "from": 0.05, "to": 0.1}],
+        "settings": {"style": "calm:0.7,broad:0.3", "mood": "happy", "fps": 30, "life": 0.5},
+        "options": {"light": "day", "size": [64, 64]},
+        "locks": {"zoom": 2},
+    }
+    for name, record in (("least", least), ("whole", least | whole)):
+        (place(folder, name) / "line.elocute.json").write_text(json.dumps(record))
 
 
 def names(folder: Path) -> None:

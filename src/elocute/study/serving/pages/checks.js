@@ -22,7 +22,7 @@ export async function checkScreen(ui, width) {
     select.id = "greys";
     select.append(new Option("–", ""));
     for (let count = 1; count <= SQUARES; count += 1) {
-      select.append(new Option(ui.text("squares", { count }), count));
+      select.append(new Option(ui.text("squares", { count }), String(count)));
     }
     const label = ui.element("label", ui.text("screen_text"));
     label.htmlFor = "greys";
@@ -58,7 +58,7 @@ export async function checkHeadphones(ui) {
     });
     ui.page("sound_title", [ui.element("p", ui.text("sound_text")), ui.row(play, on)]);
   });
-  let right = 0;
+  let right;
   for (;;) {
     right = 0;
     for (let round = 1; round <= ROUNDS; round += 1) right += await askTones(ui, sound, round);

@@ -10,6 +10,7 @@ const KEPT = "elocute-study";
 const TRIES = 6;
 const FIRST_WAIT_MS = 400;
 const main = document.getElementById("main");
+/** @type {(id: string) => any} */
 const byId = (id) => document.getElementById(id);
 
 let about;
@@ -56,6 +57,7 @@ function wait(ms) {
 /** Ask once. Throws Told for what the server refuses, TypeError where it is not reached. */
 async function askOnce(path, body) {
   const headers = token ? { Authorization: `Bearer ${token}` } : {};
+  /** @type {RequestInit} */
   const options = { headers, cache: path.startsWith("/media/") ? "default" : "no-store" };
   if (body !== undefined) {
     options.method = "POST";
@@ -186,8 +188,8 @@ const PANELS = {
   session: ["session_id", "sessionid", "assignmentid", "assignment_id"],
 };
 
-/** What a panel has left unfilled, as {{%PROLIFIC_PID%}}: everybody would be one person. */
-const UNFILLED = /\{\{|\$\{|%%|\[%/;
+/** What a panel has left unfilled, as {{%PROLIFIC_PID%}} or [%RID%]: all would be one person. */
+const UNFILLED = /[{}[\]<>]|%\w+%/;
 
 /** Mechanical Turk's word for an assignment that nobody has accepted: the page is only looked at. */
 const PREVIEW = "ASSIGNMENT_ID_NOT_AVAILABLE";
@@ -196,9 +198,10 @@ const PREVIEW = "ASSIGNMENT_ID_NOT_AVAILABLE";
 function panelOf(search) {
   const given = new Map();
   for (const [name, value] of new URLSearchParams(search)) {
-    const text = [...value].filter((each) => each >= " " && each !== "\u007f").join("").slice(0, 200);
+    const shown = [...value].filter((each) => each >= " " && each !== "\u007f");
+    const text = shown.join("").trim().slice(0, 200);
     if (UNFILLED.test(text)) continue;
-    if (text.trim() && !given.has(name.toLowerCase())) given.set(name.toLowerCase(), text);
+    if (text && !given.has(name.toLowerCase())) given.set(name.toLowerCase(), text);
   }
   const own = about.panel.parameter.toLowerCase();
   const found = {};
@@ -299,7 +302,7 @@ function answerField(trial, chosen) {
   if (trial.kind !== "rating" || about.scale === "mos") {
     const field = ui.choices("answer", offered(trial), chosen, question(trial));
     if (trial.offers.length === 2 && trial.kind !== "intelligibility") field.className = "two";
-    return { field, value: () => field.querySelector("input:checked")?.value };
+    return { field, value: () => /** @type {HTMLInputElement | null} */ (field.querySelector("input:checked"))?.value };
   }
   const field = document.createElement("fieldset");
   const box = ui.element("div", "", "slider");
@@ -357,7 +360,7 @@ async function runTrial(step) {
   if (count) parts.push(answer.field, ui.row(next), ui.element("p", ui.text("keys", { numbers }), "keys"));
   else parts.push(answer.field, ui.row(next));
   ui.page(question(trial), parts, "trial");
-  place(trial);
+  showPlace(trial);
   say(ui.text("loading"));
   refresh();
   document.onkeydown = keys;
@@ -409,7 +412,9 @@ async function runTrial(step) {
       const at = Math.max(0, players.findIndex((each) => !each.watched));
       if (!plays[at].disabled) start(at);
     } else if (/^[1-9]$/.test(event.key)) {
-      const input = answer.field.querySelectorAll("input[type=radio]")[Number(event.key) - 1];
+      /** @type {NodeListOf<HTMLInputElement>} */
+      const inputs = answer.field.querySelectorAll("input[type=radio]");
+      const input = inputs[Number(event.key) - 1];
       if (input && !answer.field.disabled) {
         input.checked = true;
         input.focus();
@@ -474,7 +479,7 @@ async function stored(body) {
   }
 }
 
-function place(trial) {
+function showPlace(trial) {
   byId("place").hidden = false;
   byId("progress").max = trial.total;
   byId("progress").value = trial.order - 1;
@@ -558,7 +563,7 @@ function leave() {
   dialog.showModal();
 }
 
-async function begin() {
+async function open() {
   byId("leave").addEventListener("click", leave);
   about = await ask("/api/study");
   const wanted = navigator.languages.map((each) => each.slice(0, 2).toLowerCase());
@@ -570,4 +575,4 @@ async function begin() {
   return show(await ask("/api/step"));
 }
 
-begin().catch(failed);
+open().catch(failed);

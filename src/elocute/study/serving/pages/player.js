@@ -37,7 +37,7 @@ export class Videos {
 export class Player {
   /**
    * @param stage where it is put
-   * @param clip {sides, swap, seconds} as the server gives it
+   * @param clip as the server gives it: sides, swap, seconds
    * @param labels what is written under each canvas
    * @param share of the clip that must be seen
    * @param changed called whenever it starts, stops or was watched

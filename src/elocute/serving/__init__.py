@@ -1,0 +1,1 @@
+"""What servers of this machine share: who may ask, how often, and how many at once."""
